@@ -89,11 +89,13 @@ class NonePublic(BaseModel):
 class SuggestionPublic(BaseModel):
     """Alternatives, the best one first, or why there are none.
 
-    kept_mm: from bone: the margin, and what thinning may have moved the case's surface by.
+    kept_mm: from bone: the margin, and what thinning may have moved the case's surface by. revision: the plan's that
+    was searched in.
     """
 
     id: str
     plan_id: str
+    revision: int
     entry: tuple[float, float, float]
     target: tuple[float, float, float]
     tool: str
@@ -179,7 +181,7 @@ def start_suggestion(plan_id: Identifier, body: SuggestionRequest, services: Ser
 def show_suggestion(suggestion_id: Identifier, services: ServicesDep) -> SuggestionPublic:
     """What was found; the newest sixteen are remembered."""
     kept = services.suggestions.paths(suggestion_id)
-    values = {name: getattr(kept, name) for name in ("id", "plan_id", "entry", "target", "tool", "kept_mm")}
+    values = {name: getattr(kept, name) for name in ("id", "plan_id", "revision", "entry", "target", "tool", "kept_mm")}
     found = {"alternatives": described(kept), "none": described_none(kept.found.none)}
     return SuggestionPublic.model_validate({**values, **found})
 

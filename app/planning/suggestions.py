@@ -60,7 +60,7 @@ class SuggestedPaths:
 
     tool: name of the tool. tool_shape: its shape if it is not as shipped. kept_mm: the clearance kept from bone, which
     is the margin plus the error of the surface from thinning. verdicts: the verdict on the plan along each alternative,
-    figures: the figures of each.
+    figures: the figures of each. revision: the plan's that was searched in.
     """
 
     id: str
@@ -73,6 +73,7 @@ class SuggestedPaths:
     tool_shape: Mapping[str, float] = field(default_factory=dict)
     verdicts: tuple[Verdict, ...] = ()
     figures: tuple[tuple[VerdictFigure, ...], ...] = ()
+    revision: int = 0
 
     def points_of(self, plan_id: str, alternative: int) -> tuple[PlanPoint, ...]:
         """Return the points of an alternative (index from 0).
@@ -169,6 +170,7 @@ class Suggestions:
             plan.content.tool_shape,
             verdicts,
             figures,
+            plan.revision,
         )
 
     def _evaluated(

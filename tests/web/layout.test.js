@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { next } from "../../app/web/js/layout.js";
+import { Layouts, next } from "../../app/web/js/layout.js";
 
 test("a view asked for fills the page, and goes back when it is asked for again", () => {
   assert.equal(next("one-three", "axial", "one-three"), "axial");
@@ -11,4 +11,17 @@ test("a view asked for fills the page, and goes back when it is asked for again"
 test("no view in particular is several of them, and several stay when they are asked for again", () => {
   assert.equal(next("coronal", null, "one-three"), "one-three");
   assert.equal(next("two-by-two", "two-by-two", "two-by-two"), "two-by-two");
+});
+
+test("the endoscope is kept beside the layout of several views that other steps have", () => {
+  /** @type {Record<string, string>} */
+  const kept = {};
+  const fields = { layout: "two-by-two", plain: "two-by-two", several: "two-by-two", available: true, path: false, endoscope: true, render: () => {} };
+  Object.assign(globalThis, { localStorage: { setItem: (/** @type {string} */ key, /** @type {string} */ value) => { kept[key] = value; } } });
+  const layouts = Object.assign(Object.create(Layouts.prototype), fields);
+  layouts.swapEndoscope();
+  assert.deepEqual([layouts.layout, layouts.plain, layouts.before], ["endoscope", "two-by-two", "endoscope"]);
+  assert.ok(!Object.values(kept).some((value) => value === "two-by-two") && Object.values(kept).includes("endoscope"));
+  layouts.endoscope = false;
+  assert.equal(layouts.before, "two-by-two");
 });

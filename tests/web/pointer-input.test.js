@@ -25,3 +25,16 @@ test("while clicks add points, a click on a target leads the path there", (conte
   context.mock.timers.tick(1000);
   assert.deepEqual(all, [[["pick.slice", { position: target.position }]], [], [], [], []]);
 });
+
+test("a press whose pointer is lost is let go, and a stroke ends", () => {
+  const stage = new EventTarget();
+  let ended = 0;
+  const input = new PointerInput(/** @type {any} */ ({ stage, board: { painting: { end: () => { ended += 1; } } } }));
+  input.listen(/** @type {any} */ (stage));
+  for (const end of ["lostpointercapture", "pointercancel"]) {
+    input.grab = /** @type {any} */ ({ mode: "paint" });
+    stage.dispatchEvent(new Event(end));
+    assert.equal(input.grab, null);
+  }
+  assert.equal(ended, 2);
+});

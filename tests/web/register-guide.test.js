@@ -5,7 +5,7 @@ import { Guide, nextStep, partLine, stepLine } from "../../app/tabs/register/gui
 
 const beads = (/** @type {string[]} */ ...states) => states.map((state, n) => ({ id: `b${n}`, name: `F${n + 1}`, state }));
 const pairs = (/** @type {number} */ count, /** @type {number} */ measured) => [...Array(count).keys()].map((n) => ({ id: `p${n}`, label: `F${n + 1}`, in_image: [n, 0, 0], measured: n < measured ? [n, 0, 0] : null, enabled: true }));
-const fit = (/** @type {string} */ state, fields = {}) => ({ state, wrong: null, fre_mm: null, fle_source: "none", simulated: false, ...fields });
+const fit = (/** @type {string} */ state, fields = {}) => ({ state, wrong: null, fre_mm: null, fle_source: "none", simulated: false, cautions: [], ...fields });
 const registration = (fields = {}) => /** @type {any} */ ({
   id: "one", has_volume: true, beads: [], search: null, pairs: [], fit: fit("waiting"), errors: { rows: [] }, touched: null,
   calibration: { to: "patient", pointer: null, robot: null }, ...fields,
@@ -52,6 +52,8 @@ test("a closed step is one line with its result", () => {
   assert.deepEqual(lines(registration({ search: {}, fit: fit("misfit") }), { state: "none" }), ["None found [caution]", "None", "Points do not fit [caution]", "Needs a fit", "Not used"]);
   assert.deepEqual(lines(fitted(), { state: "ready", here: true }), ["1 of 1 confirmed [done]", "5 of 5 measured [done]", "FRE 0.43 mm [done]", "95 % within 1.86 mm [done]", "In use [done]"]);
   assert.deepEqual(lines(fitted({ wrong: outlier, simulated: true }), { state: "deleted" }).slice(1, 3), ["5 of 5 simulated [done]", "Wrong: ‘F3’ [caution]"]);
+  assert.equal(stepLine("fit", fitted({ cautions: ["Few points."] }), null).mark, "caution");
+  assert.deepEqual([registration({ pairs: pairs(2, 2) }), registration({ pairs: pairs(3, 3) }), { ...fitted(), pairs: pairs(2, 2) }].map((one) => stepLine("points", one, null).mark), ["", "", ""]);
   assert.equal(stepLine("use", fitted(), /** @type {any} */ ({ state: "deleted" })).words, "Cannot be used");
   assert.equal(stepLine("use", fitted(), /** @type {any} */ ({ state: "ready", here: false, name: "Other" })).words, "‘Other’ in use");
   const refined = { ...fitted(), fit: fit("refined", { fre_mm: 0.5 }), errors: { rows: [] } };

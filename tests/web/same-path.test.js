@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-const { hasPlace, pathKey, samePath, surroundingsKey, toolKey } = await import("../../app/tabs/plan/same-path.js");
+const { itemAt, pathKey, samePath, surroundingsKey, toolKey } = await import("../../app/tabs/plan/same-path.js");
 
 /** @param {...number[]} positions */
 const path = (...positions) => positions.map((position) => ({ position }));
@@ -39,6 +39,7 @@ test("a tool is another one in another shape", () => {
 });
 
 test("a target that was moved is not where the ways lead", () => {
-  assert.ok(hasPlace(path([1, 2, 3], [4, 5, 6]), [4, 5, 6.000001]));
-  assert.ok(!hasPlace(path([1, 2, 3]), [1, 2, 3.5]));
+  const places = path([1, 2, 3], [4, 5, 6]);
+  assert.equal(itemAt(places, [4, 5, 6.000001]), places[1]);
+  assert.equal(itemAt(places, [1, 2, 3.5]), undefined);
 });

@@ -4,7 +4,7 @@ import { h } from "/static/js/dom.js";
 import { ListFilter } from "/static/js/list-filter.js";
 import { change, remove } from "/static/js/rest.js";
 import { rovingRows } from "/static/js/roving.js";
-import { draw, filesButton, html, iconTool, nameRow, repeat, said, titled } from "/static/js/template.js";
+import { draw, filesButton, html, iconTool, nameRow, nothing, repeat, said, titled } from "/static/js/template.js";
 
 /** @import { CaseSection, ViewModel } from "/static/js/types.js" */
 /** @typedef {CaseSection["overlays"][number]} Overlay */
@@ -36,10 +36,12 @@ export class OverlaysGroup {
     this.open = open;
     const items = open?.overlays ?? [];
     const disabled = !open?.has_volume;
+    const shown = this.filter.of(items);
     const doubts = items.flatMap((item) => (item.notes.length ? [`${item.name}: ${item.notes.join(" ")}`] : []));
     draw(this.element, titled("Second volumes", null, html`
       ${this.filter.field(items.length)}
-      <ul class="list" id="overlays" aria-label="Second volumes" ?hidden=${!items.length}>${repeat(this.filter.of(items), (item) => item.id, (item) => this.row(item))}</ul>
+      <ul class="list" id="overlays" aria-label="Second volumes" ?hidden=${!shown.length}>${repeat(shown, (item) => item.id, (item) => this.row(item))}</ul>
+      ${shown.length || !items.length ? nothing : html`<p class="empty">No volume has that name.</p>`}
       <p class=${doubts.length ? "words caution" : "words"}>${said(items.length ? ["Choose it under ‘Second volume’ at the slices.", ...doubts].join(" ") : NONE_YET)}</p>
       <div class="buttons even">
         ${filesButton({ id: "import-overlay", input: "overlay-file", words: "Add volume …", disabled }, this.send)}

@@ -11,7 +11,7 @@ SearchState = Literal["", "runs", "none", "ways"]
 
 _OF_SEARCH: dict[SearchState, str] = {
     "runs": "",
-    "none": "End there, remove bone there, or move the entry.",
+    "none": "No way: move entry or target, or remove bone.",
     "ways": "Choose a way and use it.",
 }
 _CLICK_TARGET = "Click what is to be inspected, in the head or a slice."

@@ -3,7 +3,7 @@ import { note, noteEdit } from "/static/js/dialogs.js";
 import { placeWords } from "/static/js/slices/place-words.js";
 import { hintLine, html, nothing } from "/static/js/template.js";
 import { removalBall } from "./removal.js";
-import { targetOf } from "./wanted-target.js";
+import { itemAt } from "./same-path.js";
 import { ARRIVES_MM } from "./way-figures.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
@@ -20,7 +20,7 @@ const SEARCHED_MM = 2; // a way is longer than this
  * @param {{ end: () => void, remove: () => void, show: () => void }} does
  */
 export function noWay(suggestion, none, plan, earlier, { end, remove, show }) {
-  const shortens = none.gap_mm > ARRIVES_MM && Math.hypot(...none.ends_at.map((value, axis) => value - suggestion.entry[axis])) >= SEARCHED_MM;
+  const shortens = none.gap_mm > ARRIVES_MM && itemAt(plan.targets, suggestion.target) && Math.hypot(...none.ends_at.map((value, axis) => value - suggestion.entry[axis])) >= SEARCHED_MM;
   const help = html`The search ends ${placeWords(none.ends_at)}: ${none.reason}. It looked through ${none.searched}. A thinner tool or another entry may make a way too.`;
   return html`<div id="no-way">
     ${hintLine("suggest-words", earlier ? "No way found before; plan changed since. Suggest again." : `No way found: ${none.short}.`, help, true)}
@@ -33,15 +33,14 @@ export function noWay(suggestion, none, plan, earlier, { end, remove, show }) {
 }
 
 /**
- * Move the target to where the way ends, as one edit, and look for the way to there.
+ * Move the target of the search to where the way ends, as one edit, and look for the way to there.
  * @param {Connection} connection
  * @param {PathSearch} search
- * @param {string} targetId
  */
-export async function endThere(connection, search, targetId) {
-  const { plan } = connection.state;
-  const target = targetOf(plan, targetId);
-  const place = search.suggestion?.none?.ends_at;
+export async function endThere(connection, search) {
+  const { suggestion } = search;
+  const place = suggestion?.none?.ends_at;
+  const target = suggestion && itemAt(connection.state.plan?.targets ?? [], suggestion.target);
   if (!target || !place) return;
   // as a hand would move it
   connection.send("item.drag", { item_id: target.id, position: place });

@@ -13,6 +13,8 @@ export class Openings {
     this.connection = connection;
     this.changed = whenChanged();
     this.work = new JobLine();
+    /** @type {string | undefined} the head whose job is followed */
+    this.of = undefined;
     /** @type {OpeningsSection | undefined} */
     this.openings = undefined;
     this.element = h("div", { class: "openings", id: "openings", role: "group", "aria-label": "Openings of the head" });
@@ -23,6 +25,7 @@ export class Openings {
   async follow() {
     const job = jobWatch.items.find(({ kind, case_id: id }) => kind === "openings" && id === this.connection.state.case?.id);
     if (!job || job.id === this.work.job) return;
+    this.of = job.case_id ?? undefined;
     const ended = this.work.follow(/** @type {JobPublic} */ (job));
     this.update(this.openings);
     await ended.catch(() => {}); // the section says why there is none
@@ -32,6 +35,7 @@ export class Openings {
   /** @param {OpeningsSection | undefined} openings */
   update(openings) {
     this.openings = openings;
+    if (this.work.job && this.of !== this.connection.state.case?.id) this.work.leave();
     this.changed([openings, this.work.job], () => this.render(openings));
   }
 

@@ -1,7 +1,6 @@
 // Plan: a bar, the steps of a plan of which one is open, and what is rare below them.
 import { h, whenChanged } from "/static/js/dom.js";
-import { keep, recall } from "/static/js/remember.js";
-import { StepList } from "/static/js/step-list.js";
+import { FoldedParts, StepList } from "/static/js/step-list.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
 import { shortWords, verdictLine } from "/static/js/verdict-line.js";
 import { ClearanceGroup } from "./clearance.js";
@@ -71,9 +70,7 @@ export default class PlanPanel {
     /** @type {Record<string, HTMLElement>} */
     const more = { bone: this.bone.element, versions: this.versions.element, notes: this.notes.element };
     this.steps = new StepList({ label: "Steps of the plan", steps: STEPS.map((step) => ({ ...step, content: contents[step.name] })), chosen: (name, open) => this.choose(/** @type {StepName} */ (name), open) });
-    this.more = new StepList({ label: "More", numbered: false, steps: MORE.map((part) => ({ ...part, content: more[part.name] })), chosen: (name, open) => this.unfold(name, open) });
-    /** @type {Set<string>} parts below the steps that are open */
-    this.unfolded = new Set(MORE.map(({ name }) => name).filter((name) => recall(`fold-${name}`, ["open", "shut"], "shut") === "open"));
+    this.more = new FoldedParts({ label: "More", steps: MORE.map((part) => ({ ...part, content: more[part.name] })) });
     this.element = h("div", { class: "plan" }, this.bar.element, this.steps.element, this.more.element);
     this.overlay = h("div", { class: "plan-overlay" }, this.ghost.element, this.plans.element);
     this.update(connection.state); // its controls are found by the palette before the tab is shown
@@ -114,7 +111,7 @@ export default class PlanPanel {
     if (other) this.element.closest("#panel")?.scrollTo({ top: 0 });
     const region = regions?.items.find(({ id }) => id === regions.selected);
     if (region && !other && region.id !== this.region && region.purpose === "spare") this.guide.choose("protect", true);
-    else if (region && !other && region.id !== this.region) this.unfold("bone", true);
+    else if (region && !other && region.id !== this.region) this.more.unfold("bone", true);
     this.region = region?.id;
     return opened;
   }
@@ -150,23 +147,11 @@ export default class PlanPanel {
     if (plan && kind && !plan.locked && plan.add_mode !== kind) this.connection.send("add.mode", { kind });
   }
 
-  /**
-   * @param {string} name of what is rare
-   * @param {boolean} open
-   */
-  unfold(name, open) {
-    if (open) this.unfolded.add(name);
-    else this.unfolded.delete(name);
-    keep(`fold-${name}`, open ? "open" : "shut");
-    this.renderSteps(this.connection.state);
-    if (open) this.more.bringIntoSight(name);
-  }
-
   /** @param {ViewModel} state */
   renderSteps(state) {
     const search = runningSearch(state);
     const known = { suggestion: this.suggest.suggestion, searching: search?.fraction ?? null, verdict: verdictLine(state.corridor), short: shortWords(state.plan?.short_mm ?? 0) };
     this.steps.update({ open: [this.guide.open], marked: this.guide.marked, lines: Object.fromEntries(STEPS.map(({ name }) => [name, stepLine(name, state, known)])) });
-    this.more.update({ open: [...this.unfolded], lines: Object.fromEntries(MORE.map(({ name }) => [name, moreLine(name, state)])) });
+    this.more.show(Object.fromEntries(MORE.map(({ name }) => [name, moreLine(name, state)])));
   }
 }

@@ -31,12 +31,13 @@ export function toolKey(plan) {
 }
 
 /**
- * Whether one of some places is another one.
- * @param {{ position: number[] }[]} places
+ * The one of some items that lies at a place.
+ * @template {{ position: number[] }} Item
+ * @param {Item[]} items
  * @param {number[]} place
  */
-export function hasPlace(places, place) {
-  return places.some(({ position }) => Math.hypot(...position.map((value, axis) => value - place[axis])) < SAME_MM);
+export function itemAt(items, place) {
+  return items.find(({ position }) => Math.hypot(...position.map((value, axis) => value - place[axis])) < SAME_MM);
 }
 
 /**

@@ -39,6 +39,7 @@ export class SuggestGroup {
     this.path = undefined;
     /** @type {string | undefined} the suggestion that was brought into sight */
     this.seen = undefined;
+    this.begins = false; // another path is asked for
     this.search = new PathSearch(connection, () => this.searched());
     this.body = h("div", { class: "fields" });
     this.roving = new Roving(this.body, "button.alternative", { axis: "both", first: '[aria-pressed="true"]', columns: () => columnsOf(this.suggestion?.alternatives.length ?? 0) });
@@ -53,7 +54,7 @@ export class SuggestGroup {
     if (this.path !== paths?.chosen) this.target = "";
     this.path = paths?.chosen;
     this.newest.follow(plan, this.path);
-    if (search.of !== plan?.id && !search.busy && (search.suggestion || search.problem)) search.forget();
+    search.keepTo(plan?.id);
     search.join(state);
     const of = [plan?.id, plan?.points, plan?.ghost, plan?.targets, plan?.nearest_target, plan?.locked, shaft?.shown, this.wanted, search.suggestion?.id, plan?.tool, surroundingsKey(state), search.busy, search.problem, search.drawing];
     this.changed(of, () => {
@@ -135,7 +136,7 @@ export class SuggestGroup {
     if (suggestion.none) {
       const { ends_at: place } = suggestion.none;
       return noWay(suggestion, suggestion.none, plan, earlier, {
-        end: () => endThere(connection, search, this.wanted),
+        end: () => endThere(connection, search),
         remove: () => removeThere(connection, search),
         show: () => connection.send("slice.cross", { position: place }),
       });
@@ -176,13 +177,18 @@ export class SuggestGroup {
    * @param {string} target
    */
   async begin(target) {
+    if (this.begins) return;
+    this.begins = true;
     try {
       await this.connection.request("path.new");
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });
       return;
+    } finally {
+      this.begins = false;
     }
     this.search.forget();
+    this.path = this.connection.state.paths?.chosen; // else the target would be taken for that of the path before
     this.target = target;
     this.update(this.connection.state);
     this.begun();

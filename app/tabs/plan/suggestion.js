@@ -4,7 +4,7 @@ import { sentence } from "/static/js/format.js";
 import { JobLine } from "/static/js/job-line.js";
 import { finished } from "/static/js/jobs.js";
 import { read, readPicture, send } from "/static/js/rest.js";
-import { hasPlace, pathKey, samePath, surroundingsKey, toolKey } from "./same-path.js";
+import { itemAt, pathKey, samePath, surroundingsKey, toolKey } from "./same-path.js";
 import { targetOf } from "./wanted-target.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
@@ -24,14 +24,34 @@ export class PathSearch {
     this.askedOf = ""; // the path when the ways were asked for
     this.askedAmong = ""; // its surroundings
     this.askedFor = ""; // and the tool
+    this.unknown = false; // whether these are of another revision of the plan than the search is
     /** @type {string | undefined} the plan that is searched in, or whose search has failed */
     this.of = undefined;
+    /** @type {object | null} the search that is waited for */
+    this.waiting = null;
+    /** @type {string[]} searches that ran beside the one whose answer is shown */
+    this.beside = [];
     this.asked = ""; // the way whose preview is on its way
-    this.busy = false;
     this.problem = ""; // why there is no answer
     /** @type {Element[]} of the ways, once they are drawn */
     this.pictures = [];
     this.drawing = ""; // how far the pictures are
+  }
+
+  /** Whether there is a search of the open plan. */
+  get busy() {
+    return this.waiting !== null;
+  }
+
+  /**
+   * Another plan is open: the search of the one before goes on without this page.
+   * @param {string | undefined} plan its id
+   */
+  keepTo(plan) {
+    if (plan === this.of || !(this.busy || this.suggestion || this.problem)) return;
+    this.waiting = null;
+    this.work.leave();
+    this.forget();
   }
 
   /**
@@ -44,7 +64,7 @@ export class PathSearch {
     const entry = entryOf(plan);
     if (!plan || !target || !entry || this.busy) return;
     clearErrors();
-    await this.wait(plan, () => this.work.run(`/api/v1/plans/${encodeURIComponent(plan.id)}/suggestions`, { entry, target }));
+    await this.wait(plan, () => send(`/api/v1/plans/${encodeURIComponent(plan.id)}/suggestions`, { entry, target }));
   }
 
   /**
@@ -52,38 +72,50 @@ export class PathSearch {
    * @param {ViewModel} state
    */
   join(state) {
-    const job = runningSearch(state);
-    if (job && state.plan && !this.busy) this.wait(state.plan, () => this.work.follow(job));
+    const job = searchesOf(state).find(({ id }) => !this.beside.includes(id));
+    if (job && state.plan && !this.busy) this.wait(state.plan, async () => job, state.plan.revision);
   }
 
   /**
    * @param {PlanSection} plan
-   * @param {() => Promise<string | null>} search the id of what was found, null where it was cancelled
+   * @param {() => Promise<JobEntry>} begin
+   * @param {number} [revision] of the plan, where the search may have begun at another one
    */
-  async wait(plan, search) {
+  async wait(plan, begin, revision) {
     this.forget();
+    const mine = this.waiting = {};
     this.askedOf = pathKey(plan.points);
     this.askedAmong = surroundingsKey(this.connection.state);
     this.askedFor = toolKey(plan);
     this.of = plan.id;
-    this.busy = true;
     this.changed();
+    /** @type {SuggestionPublic | null} */
+    let answer = null;
+    let problem = "";
     try {
-      const found = await search();
-      if (found) this.show(await read(`/api/v1/suggestions/${encodeURIComponent(found)}`));
-      else this.problem = "The search was cancelled.";
+      const job = await begin();
+      const found = mine === this.waiting ? await this.work.follow(job) : null;
+      if (found && mine === this.waiting) answer = await read(`/api/v1/suggestions/${encodeURIComponent(found)}`);
+      else problem = "The search was cancelled.";
     } catch (error) {
-      this.problem = sentence(/** @type {Error} */ (error).message);
-    } finally {
-      this.busy = false;
-      this.changed();
+      problem = sentence(/** @type {Error} */ (error).message);
     }
+    if (mine !== this.waiting) return; // another plan was opened meanwhile
+    this.waiting = null;
+    this.problem = problem;
+    if (answer) this.beside = searchesOf(this.connection.state).map(({ id }) => id);
+    if (answer) this.show(answer, revision !== undefined && revision !== answer.revision);
+    this.changed();
   }
 
-  /** @param {SuggestionPublic} suggestion */
-  show(suggestion) {
+  /**
+   * @param {SuggestionPublic} suggestion
+   * @param {boolean} unknown whether what it was asked of is
+   */
+  show(suggestion, unknown) {
     if (suggestion.plan_id !== this.connection.state.plan?.id) return; // another plan was opened meanwhile
     this.suggestion = suggestion;
+    this.unknown = unknown;
     if (!suggestion.alternatives.length) return;
     this.preview(0);
     this.illustrate(suggestion);
@@ -127,14 +159,14 @@ export class PathSearch {
 
   /**
    * The number of the way that the path follows, or −1; earlier: what was found is of another tool or of other
-   * surroundings, or the path follows no way, and it or the target is not the one that they were asked for.
+   * surroundings, or may be, or the path follows no way, and it or the target is not the one that they were asked for.
    * @param {PlanSection} plan
    */
   standing(plan) {
     const { suggestion } = this;
     const followed = suggestion?.alternatives.findIndex((one) => samePath(plan.points, one.points)) ?? -1;
-    const other = toolKey(plan) !== this.askedFor || surroundingsKey(this.connection.state) !== this.askedAmong;
-    const elsewhere = pathKey(plan.points) !== this.askedOf || (suggestion !== null && !hasPlace(plan.targets, suggestion.target));
+    const other = this.unknown || toolKey(plan) !== this.askedFor || surroundingsKey(this.connection.state) !== this.askedAmong;
+    const elsewhere = pathKey(plan.points) !== this.askedOf || (suggestion !== null && !itemAt(plan.targets, suggestion.target));
     return { followed, earlier: other || (followed < 0 && elsewhere) };
   }
 
@@ -155,18 +187,29 @@ export class PathSearch {
   forget() {
     if (this.connection.state.shaft?.shown) this.connection.send("suggestion.hide");
     this.suggestion = null;
+    this.unknown = false;
     this.problem = this.drawing = "";
     this.pictures = [];
+    this.beside = [];
   }
 }
 
 /**
- * The search for a path of the open plan, whoever began it.
+ * The searches for a path of the open plan, whoever began them.
+ * @param {ViewModel} state
+ * @returns {JobEntry[]}
+ */
+function searchesOf({ jobs, plan }) {
+  return jobs?.items.filter(({ kind, document_id: of }) => kind === "suggestion" && of === plan?.id) ?? [];
+}
+
+/**
+ * The first of them.
  * @param {ViewModel} state
  * @returns {JobEntry | undefined}
  */
-export function runningSearch({ jobs, plan }) {
-  return jobs?.items.find(({ kind, document_id: of }) => kind === "suggestion" && of === plan?.id);
+export function runningSearch(state) {
+  return searchesOf(state)[0];
 }
 
 /**

@@ -25,6 +25,8 @@ export const PARTS = [
   { name: "registrations", title: "Registrations" },
 ];
 
+const LEAST = 3; // points that make a transform
+
 /** @type {Partial<Record<RegistrationSection["fit"]["state"], string>>} of points that have no transform */
 const NO_FIT = { waiting: "Needs three points", degenerate: "Points too close to a line", misfit: "Points do not fit", inconsistent: "Contradicts its points" };
 
@@ -148,7 +150,8 @@ function pointsLine({ pairs, fit }) {
   const whole = used.filter((pair) => pair.in_image && pair.measured).length;
   const left = pairs.length - used.length;
   const words = `${whole} of ${used.length} ${fit.simulated ? "simulated" : "measured"}${left ? `, ${left} left out` : ""}`;
-  return { words, mark: whole && whole === used.length ? "done" : "" };
+  const enough = whole >= LEAST && fit.state !== "waiting";
+  return { words, mark: enough && whole === used.length ? "done" : "" };
 }
 
 /**
@@ -161,7 +164,7 @@ function fitLine({ fit }) {
   if (fit.wrong) return { words: `${fit.wrong.certainty === "outlier" ? "Wrong" : "Check"}: ‘${fit.wrong.label}’`, mark: "caution" };
   const by = { given: "Imported", refined: "Refined" }[/** @type {"given"} */ (fit.state)];
   const fre = fit.fre_mm === null ? "" : `FRE ${mm(fit.fre_mm)}`;
-  return { words: [by, fre].filter(Boolean).join(", "), mark: "done" };
+  return { words: [by, fre].filter(Boolean).join(", "), mark: fit.cautions.length ? "caution" : "done" };
 }
 
 /**

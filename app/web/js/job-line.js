@@ -35,14 +35,19 @@ export class JobLine {
     this.job = job.id;
     this.cancelButton.disabled = false;
     try {
-      return (await finished(job, (now) => this.show(now))).result;
+      return (await finished(job, (now) => { if (this.job === job.id) this.show(now); })).result;
     } catch (error) {
       if (wasCancelled(error)) return null;
       throw error;
     } finally {
-      this.job = null;
-      this.element.hidden = true;
+      if (this.job === job.id) this.leave(); // else another one is followed
     }
+  }
+
+  /** Follow none any more; what is followed goes on. */
+  leave() {
+    this.job = null;
+    this.element.hidden = true;
   }
 
   /** @param {JobEntry} now */

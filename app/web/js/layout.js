@@ -14,8 +14,10 @@ export const ENLARGE = "vfix:enlarge";
 /** The layout has changed; `detail` is its name. */
 export const LAID_OUT = "vfix:layout";
 
+/** @type {readonly Layout[]} layouts of several views that every step has */
+const PLAIN = ["one-three", "two-by-two"];
 /** @type {readonly Layout[]} */
-const SEVERAL = ["one-three", "two-by-two", "endoscope", "endoscope-beside"];
+const SEVERAL = [...PLAIN, "endoscope", "endoscope-beside"];
 /** @type {readonly Layout[]} */
 const REMEMBERED = [...SEVERAL, "scene", "axial", "coronal", "sagittal"];
 /** @type {[Layout, Parameters<typeof barButton>[0], string, string][]} its picture, word and tooltip */
@@ -61,12 +63,13 @@ export class Layouts {
   constructor(bench) {
     this.bench = bench;
     this.layout = /** @type {Layout} */ (recall("layout", REMEMBERED, "one-three"));
-    this.several = /** @type {Layout} */ (recall("layout-several", SEVERAL, "one-three"));
+    this.plain = /** @type {Layout} */ (recall("layout-several", PLAIN, "one-three")); // of several views, without the endoscope
+    this.several = SEVERAL.includes(this.layout) ? this.layout : this.plain; // the one of several views that was shown last
     this.folded = recall("panel", ["folded", "open"], "open") === "folded";
     this.available = true; // whether there are slices to show
     this.path = false; // and a view across a path
     this.endoscope = false; // whether the step has the picture of an endoscope
-    this.buttons = BUTTONS.map(([layout, picture, word, title]) => barButton(picture, word, title, () => this.set(next(this.layout, layout, this.several)), { "data-layout-button": layout }));
+    this.buttons = BUTTONS.map(([layout, picture, word, title]) => barButton(picture, word, title, () => this.set(next(this.layout, layout, this.before)), { "data-layout-button": layout }));
     this.foldButton = barButton("panel", "Panel", "", () => this.fold(), { id: "fold-panel", "aria-controls": "panel" });
     this.endoscopeButton = barButton("endoscope", "Endoscope", "Endoscope large; again: beside 3D (E)", () => this.swapEndoscope(), { id: "endoscope-button" });
     byId("layouts").append(this.foldButton, ...this.buttons, this.endoscopeButton);
@@ -80,7 +83,7 @@ export class Layouts {
   }
 
   listen() {
-    window.addEventListener(ENLARGE, (event) => this.set(next(this.layout, /** @type {CustomEvent<Layout | null>} */ (event).detail, this.several)));
+    window.addEventListener(ENLARGE, (event) => this.set(next(this.layout, /** @type {CustomEvent<Layout | null>} */ (event).detail, this.before)));
     const { splitter } = this;
     splitter.addEventListener("pointerdown", (event) => {
       splitter.setPointerCapture(event.pointerId);
@@ -122,8 +125,9 @@ export class Layouts {
   /** @param {Layout} layout */
   set(layout) {
     this.layout = layout;
-    if (SEVERAL.includes(layout)) {
-      this.several = layout;
+    if (SEVERAL.includes(layout)) this.several = layout;
+    if (PLAIN.includes(layout)) {
+      this.plain = layout;
       keep("layout-several", layout);
     }
     keep("layout", layout);
@@ -169,8 +173,13 @@ export class Layouts {
     return this.available || layout === "scene" || layout === "one-three";
   }
 
+  /** The layout of several views that a single one goes back to. */
+  get before() {
+    return this.can(this.several) ? this.several : this.plain;
+  }
+
   render() {
-    const shown = this.can(this.layout) ? this.layout : "one-three";
+    const shown = [this.layout, this.plain].find((layout) => this.can(layout)) ?? "one-three";
     this.bench.dataset.layout = shown;
     this.bench.dataset.panel = this.folded ? "folded" : "open";
     this.foldButton.setAttribute("aria-expanded", String(!this.folded));
@@ -191,7 +200,7 @@ export class Layouts {
   /** The views and layouts, for the palette. */
   actions() {
     const several = BUTTONS.filter(([layout]) => SEVERAL.includes(layout)).map(([layout, , name]) => ({ group: "View", name, off: this.can(layout) ? undefined : "no slices", run: () => this.set(layout) }));
-    const alone = ALONE.map(([layout, name]) => ({ group: "View", name, does: `layout.${layout}`, off: this.can(layout) ? undefined : "nothing to show", run: () => this.set(next(this.layout, layout, this.several)) }));
+    const alone = ALONE.map(([layout, name]) => ({ group: "View", name, does: `layout.${layout}`, off: this.can(layout) ? undefined : "nothing to show", run: () => this.set(next(this.layout, layout, this.before)) }));
     const endoscope = { group: "View", name: this.layout === "endoscope" ? "Endoscope beside 3D" : "Endoscope large", does: "layout.endoscope", off: this.endoscope ? undefined : "in Rehearse only", run: () => this.swapEndoscope() };
     return [...several, ...alone, endoscope, { group: "View", name: this.folded ? "Show the panel" : "Fold the panel away", does: "panel", run: () => this.fold() }];
   }
@@ -205,7 +214,7 @@ export class Layouts {
     const request = KEYS[event.code];
     if (letterOf(event) === "P") this.fold();
     else if (letterOf(event) === "E" && this.endoscope) this.swapEndoscope();
-    else if (request && this.can(request)) this.set(next(this.layout, request, this.several));
+    else if (request && this.can(request)) this.set(next(this.layout, request, this.before));
     else return false;
     return true;
   }

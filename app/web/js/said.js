@@ -35,7 +35,8 @@ export function line(text, props = {}) {
  * @param {KeyboardEvent} event
  */
 export function foldExplanation(event) {
-  const open = event.key === "Escape" && document.querySelector("details.more[open]");
+  if (event.key !== "Escape") return false;
+  const open = [...document.querySelectorAll("details.more[open]")].find((one) => one.checkVisibility({ visibilityProperty: true }));
   if (!open) return false;
   open.removeAttribute("open");
   /** @type {HTMLElement | null} */ (open.querySelector("summary"))?.focus({ preventScroll: true });

@@ -1217,11 +1217,13 @@ export interface SecondVolume {
 /**
  * Alternatives, the best one first, or why there are none.
  *
- * kept_mm: from bone: the margin, and what thinning may have moved the case's surface by.
+ * kept_mm: from bone: the margin, and what thinning may have moved the case's surface by. revision: the plan's that
+ * was searched in.
  */
 export interface SuggestionPublic {
   id: string;
   plan_id: string;
+  revision: number;
   entry: [number, number, number];
   target: [number, number, number];
   tool: string;

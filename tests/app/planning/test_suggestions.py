@@ -81,7 +81,7 @@ def test_a_suggestion_is_found_used_and_undone(client: Client, phantom_services:
     assert done["state"] == "done", done
     found = client.get(f"/api/v1/suggestions/{done['result']}").json()
     assert found["none"] is None
-    assert found["plan_id"] == plan.id
+    assert (found["plan_id"], found["revision"]) == (plan.id, plan.revision)
     best = found["alternatives"][0]
     assert best["least_clearance_mm"] > 0.8  # ways with more of it pierce the rim of the nostril
     assert 8.0 < best["tissue_mm"] < 20.0

@@ -285,7 +285,7 @@ def test_the_hint_says_whether_the_tool_was_stopped_or_not_driven_at_all() -> No
     assert plan_hint(1, 1, "point", False, False, None) == "Suggest a path, or click further in."
     assert plan_hint(1, 1, "target", False, False, None) == "Suggest a path, or click another target."
     assert plan_hint(1, 1, "point", False, False, None, "runs") == ""
-    assert plan_hint(1, 1, "point", False, False, None, "none").startswith("End there")
+    assert plan_hint(1, 1, "point", False, False, None, "none").startswith("No way: move entry")
     assert plan_hint(3, 1, "point", False, False, held, "ways") == "Choose a way and use it."  # type: ignore[arg-type]
     skin, wall = ("blocked", "pierced"), ("pierces", "wall")
     hints = [plan_hint(3, 1, "point", False, False, skin, "", nostril) for nostril in (False, True)]  # type: ignore[arg-type]

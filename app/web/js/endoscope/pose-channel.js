@@ -28,6 +28,7 @@ export class PoseChannel {
   follow(plan) {
     if (plan === this.plan) return;
     this.plan = plan;
+    this.say("");
     clearTimeout(this.timer);
     this.socket?.close();
     this.socket = null;
@@ -49,7 +50,7 @@ export class PoseChannel {
     });
     socket.addEventListener("close", ({ code }) => {
       if (socket !== this.socket) return;
-      this.say(code === TOO_MANY ? "Too many programs read the tool’s poses." : "");
+      this.say(code === TOO_MANY ? "Too many programs read the tool’s poses." : "Poses do not arrive.");
       this.timer = setTimeout(() => { if (socket === this.socket) this.open(plan); }, AGAIN_MS);
     });
   }

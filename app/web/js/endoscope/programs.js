@@ -13,13 +13,15 @@ export function programOf(gl, vertex, fragment) {
   const program = gl.createProgram();
   for (const [kind, text] of /** @type {[number, string][]} */ ([[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]])) {
     const shader = gl.createShader(kind);
-    if (!shader) throw new Error("The graphics context is lost.");
+    if (!shader) throw failed(gl, program, "The graphics context is lost.");
     gl.shaderSource(shader, text);
     gl.compileShader(shader);
-    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader) ?? "A shader cannot be compiled.");
     gl.attachShader(program, shader);
+    gl.deleteShader(shader); // once the program is deleted
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw failed(gl, program, gl.getShaderInfoLog(shader) || "A shader cannot be compiled.");
   }
   gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw failed(gl, program, gl.getProgramInfoLog(program) || "The shaders cannot be linked.");
   /** @type {Map<string, WebGLUniformLocation | null>} */
   const places = new Map();
   return {
@@ -29,6 +31,16 @@ export function programOf(gl, vertex, fragment) {
       return places.get(name) ?? null;
     },
   };
+}
+
+/**
+ * @param {WebGL2RenderingContext} gl
+ * @param {WebGLProgram} program that is of no use
+ * @param {string} words
+ */
+function failed(gl, program, words) {
+  gl.deleteProgram(program);
+  return new Error(words);
 }
 
 /** Number, WebGL type, whether 1 is the largest integer, bytes to the next, bytes to the first. @typedef {[number, number, boolean, number, number]} Attribute */

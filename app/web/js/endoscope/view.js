@@ -1,4 +1,5 @@
 // The picture of an endoscope on the page, while a layout shows it: its lens, its poses, and what it is made of.
+import { note } from "../dialogs.js";
 import { h, icon, whenChanged } from "../dom.js";
 import { pacing } from "../frame-pacing.js";
 import { LAID_OUT } from "../layout.js";
@@ -25,6 +26,7 @@ const STILL_MS = 400; // without a motion the picture is drawn in full
 const MOVING_PX = 320; // of a picture that moves, without a graphics card
 const MOST_PX = [420, 1600]; // of any, without and with one
 const MOVED = 1e-5; // mm, or a unit vector
+const DROPPED = "The graphics card dropped the picture.";
 const TOWARDS_HEAD = /** @type {Triple} */ ([0, 0, 1]);
 
 export class EndoscopeView {
@@ -54,10 +56,11 @@ export class EndoscopeView {
     this.movedAt = -Infinity;
     this.wished = false; // a frame is asked for
     this.lost = false; // what the graphics card held
+    this.broken = ""; // why there is no picture, until the graphics card is given anew
     /** @type {number | undefined} */
     this.stillTimer = undefined;
     this.changedPlan = whenChanged();
-    this.channel = new PoseChannel((pose) => this.came(pose), (words) => say(this.channelWords, words));
+    this.channel = new PoseChannel((pose) => this.came(pose), (words) => this.told(words));
     this.surface = new SurfaceLoader((data) => this.loaded(data));
     root.replaceChildren(this.canvas, this.tools.element, this.swapButton, h("p", { class: "scope-foot" }, this.source, this.channelWords), this.surface.element);
     this.canvas.addEventListener("webglcontextlost", (event) => this.lose(event));
@@ -82,7 +85,10 @@ export class EndoscopeView {
     this.channel.follow(live && plan ? plan.id : null);
     if (!live) this.driven = null;
     if (!this.visible) return;
-    if (!this.prepare(state)) return;
+    if (!this.prepare(state)) {
+      say(this.source, "");
+      return;
+    }
     const places = curve?.points ?? [];
     const targets = ((driven ?? plan)?.targets ?? []).map(({ position }) => position);
     this.changedPlan([places, targets], () => {
@@ -98,9 +104,9 @@ export class EndoscopeView {
    * @param {ViewModel} state
    */
   prepare({ case: head, plan }) {
-    if (!head || !plan) return false;
-    const places = [...plan.points, ...plan.targets].map(({ position }) => position);
-    if (this.lost) this.surface.drop("The graphics card dropped the picture.");
+    const places = [...plan?.points ?? [], ...plan?.targets ?? []].map(({ position }) => position);
+    if (this.lost) this.surface.drop(DROPPED);
+    else if (!head || !plan) this.surface.drop(head ? "No plan is open." : "No head is open.");
     else if (!head.has_volume) this.surface.drop("No CT, so no endoscope. Import this head’s CT in Patient.");
     else if (!plan.points.length) this.surface.drop("No path yet. Add one in Plan.");
     else if (this.start()) {
@@ -113,13 +119,26 @@ export class EndoscopeView {
   /** The renderer, made when it is first needed. */
   start() {
     if (this.renderer) return true;
+    if (this.broken) {
+      this.surface.drop(this.broken);
+      return false;
+    }
     try {
       this.renderer = new Renderer(this.canvas, NOSE);
     } catch (error) {
-      this.surface.drop(/** @type {Error} */ (error).message);
-      return false;
+      this.fail(/** @type {Error} */ (error).message);
     }
-    return true;
+    return this.renderer !== null;
+  }
+
+  /**
+   * There is no picture until the graphics card is given anew.
+   * @param {string} words why
+   */
+  fail(words) {
+    this.broken = words;
+    this.renderer = null;
+    this.surface.drop(words);
   }
 
   /** @param {Event} event */
@@ -127,11 +146,12 @@ export class EndoscopeView {
     event.preventDefault(); // so that the browser gives it back
     this.lost = true;
     this.renderer = null;
-    this.update(this.connection.state);
+    this.surface.drop(DROPPED); // whether it is in sight or not: what is there has to be loaded again
   }
 
   recover() {
     this.lost = false;
+    this.broken = "";
     this.changedPlan = whenChanged();
     this.update(this.connection.state);
   }
@@ -166,6 +186,14 @@ export class EndoscopeView {
     this.driven = pose;
     this.show(pose);
     say(this.source, "");
+  }
+
+  /** @param {string} words why no poses of the drive come; '' where they do */
+  told(words) {
+    say(this.channelWords, words);
+    if (!words || !this.driven) return;
+    this.driven = null;
+    this.update(this.connection.state);
   }
 
   /** @param {ScopePose | null} pose */
@@ -204,8 +232,13 @@ export class EndoscopeView {
     const moving = performance.now() - this.movedAt < STILL_MS;
     const coarse = renderer.software && moving;
     renderer.resize(Math.max(1, Math.min(shown, coarse ? MOVING_PX : MOST_PX[renderer.software ? 0 : 1])));
-    renderer.draw(lens, coarse ? "lean" : "full");
     clearTimeout(this.stillTimer);
+    try {
+      renderer.draw(lens, coarse ? "lean" : "full");
+    } catch (error) {
+      this.fail(/** @type {Error} */ (error).message);
+      return;
+    }
     if (coarse) this.stillTimer = setTimeout(() => this.schedule(), STILL_MS);
   }
 
@@ -213,7 +246,11 @@ export class EndoscopeView {
     const { renderer, lens } = this;
     if (!renderer?.tissue || !lens) return;
     const { angle } = this.tools.settings;
-    saveBlob(await renderer.picture(lens, `Drawn from a CT, ${angle}° lens. Not for clinical use.`), `endoscope-${angle}.png`);
+    try {
+      saveBlob(await renderer.picture(lens, `Drawn from a CT, ${angle}° lens. Not for clinical use.`), `endoscope-${angle}.png`);
+    } catch (error) {
+      note(/** @type {Error} */ (error).message, { error: true });
+    }
   }
 }
 

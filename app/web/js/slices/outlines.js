@@ -2,15 +2,18 @@
 /** @import { StateWithSlices } from "../slices.js" */
 /** @import { VolumeLink } from "./volume-link.js" */
 
+const TRY_AGAIN_MS = 5000;
+
 export class Outlines {
   /** @param {VolumeLink} link */
   constructor(link) {
     this.link = link;
     this.on = true;
-    this.asked = ""; // the surfaces that the worker has loaded
+    this.asked = ""; // the surfaces that the worker has loaded, and for which opening of the link
+    link.addEventListener("unoutlined", () => setTimeout(() => this.forget(), TRY_AGAIN_MS));
   }
 
-  /** Another head is open: none of its surfaces is loaded. */
+  /** None of the surfaces is loaded: another head is open, or they did not come. */
   forget() {
     this.asked = "";
   }
@@ -22,7 +25,7 @@ export class Outlines {
   ask(state) {
     if (!this.on || !state || !this.link.holds(state.case.id)) return;
     const wanted = state.case.outlines.map(({ surface, colour, closed }) => ({ name: surface, colour, closed }));
-    const key = JSON.stringify(wanted);
+    const key = JSON.stringify([this.link.head, wanted]);
     if (key === this.asked) return;
     this.asked = key;
     this.link.outline(wanted);

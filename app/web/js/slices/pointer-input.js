@@ -32,10 +32,7 @@ export class PointerInput {
     stage.addEventListener("pointerdown", (event) => this.pressed(event));
     stage.addEventListener("pointermove", (event) => this.moved(event));
     stage.addEventListener("pointerup", (event) => this.lifted(event));
-    stage.addEventListener("pointercancel", () => {
-      if (this.grab?.mode === "paint") this.pane.board.painting.end();
-      this.grab = null;
-    });
+    for (const end of ["pointercancel", "lostpointercapture"]) stage.addEventListener(end, () => this.lost());
     stage.addEventListener("pointerleave", () => this.left());
     stage.addEventListener("contextmenu", (event) => event.preventDefault());
     stage.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
@@ -192,6 +189,12 @@ export class PointerInput {
     if (!place) return;
     if (grab.mode === "measure") pane.board.measure(place);
     else if (grab.mode === "cross") this.clicked(place, grab);
+  }
+
+  /** The browser has taken the pointer away; after a press that was lifted nothing is left to let go. */
+  lost() {
+    if (this.grab?.mode === "paint") this.pane.board.painting.end();
+    this.grab = null;
   }
 
   /**

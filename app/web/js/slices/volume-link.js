@@ -18,7 +18,7 @@
 const TRY_AGAIN_MS = 5000;
 
 /**
- * Says `change` when its state or share is another one, `outlines` when the outlines are there, `laid` when the second
+ * Says `change` when its state or share is another one, `outlines` when the outlines are there, `unoutlined` when they did not come, `laid` when the second
  * volume is there or gone, and `unlaid` with `laidWords` when it cannot be had; `labelled` and `unlabelled` of a label.
  */
 export class VolumeLink extends EventTarget {
@@ -170,7 +170,10 @@ export class VolumeLink extends EventTarget {
     else if (told.kind === "unlaid" || told.kind === "unlabelled") {
       this.laidWords = told.words;
       this.dispatchEvent(new Event(told.kind));
-    } else if (told.kind === "unoutlined") console.error(`The outlines could not be loaded: ${told.words}.`);
+    } else if (told.kind === "unoutlined") {
+      console.error(`The outlines could not be loaded: ${told.words}.`);
+      this.dispatchEvent(new Event("unoutlined"));
+    }
   }
 
   /**
