@@ -49,7 +49,7 @@ def test_parts_of_the_page_alone(open_page: Open, rest: Rest) -> None:
       document.body.append(root);
       const slices = new Slices(root, new EventTarget());
       slices.update({ ...state, step: { input } });
-      for (const pane of slices.panes.slice(0, 3)) pane.loaded(state.slices.planes[pane.name], null);
+      for (const pane of slices.panes.slice(0, 3)) pane.loaded(state.slices.planes[pane.name], null, state.case.id);
       const count = (kind) => root.querySelectorAll(kind).length;
       const kinds = ['.slice-path', '.slice-tool'];
       const found = kinds.flatMap((kind) => [count(`${kind}:not(.far)`), count(`${kind}.far`)]);

@@ -221,7 +221,7 @@ def test_zoom_goes_to_the_pointer(open_page: Open, rest: Rest) -> None:
     station = layered(open_page())
     assert station.page.evaluate(GLIDES), "a view that is turned glides to a halt"
     station.page.emulate_media(reduced_motion="reduce")
-    assert station.page.evaluate(GLIDES) is False, "where the system asks for less motion it stands still at once"
+    station.wait_for("a view that stands still at once", lambda: not station.page.evaluate(GLIDES))
     far = station.page.evaluate(TURNED)
     assert far == pytest.approx(0.0, abs=1e-3), "the next frame has the view that it was turned to"
     station.look_from("oblique")
