@@ -17,7 +17,7 @@ import numpy as np
 from app.cases.settings import settings_in_case
 from app.commands.head_options import say_notes, told_of_file
 from app.commands.rehearse_arguments import add_arguments
-from app.commands.rehearse_freehand import at_hand_rate, check_options, drive_freehand
+from app.commands.rehearse_freehand import at_hand_rate, check_options, check_zones, drive_freehand
 from app.exchange.resolve import (
     ResolvedCase,
     resolve_case,
@@ -84,6 +84,8 @@ def run(args: argparse.Namespace) -> int:
         raise InputError("--free goes with --operator pushing: the other jobs need the path")
     if args.preset is not None and (args.soft_tissue or args.speed_limit):
         raise InputError("--preset goes without --soft-tissue and --speed-limit, which the papers do not have")
+    if args.preset is not None and (args.free or args.view_distance is not None):
+        raise InputError("--preset goes without --free and --view-distance, which would change its parameters")
     check_options(args)
     services = build_services(Settings.from_environment()) if has_app() else None
     case = resolve_case(services, args.case, HeadRequest(Path(args.case), **told_of_file(args)))
@@ -95,7 +97,9 @@ def run(args: argparse.Namespace) -> int:
     told = (plan.told,) if plan.told else ()
     notes = (*case.notes, *told, *path_notes(plan.content.points, case.mesh.bounds), *lost)
     say_notes(notes)
-    scene, settings, obstacle, held_by = build_scene(case, plan, args, _robots(services, resolved.urdf), registration)
+    robots = _robots(services, resolved.urdf)
+    scene, settings, obstacle, held_by, dropped = build_scene(case, plan, args, robots, registration)
+    say_notes(dropped)
     report = {"case": case.name, "plan": plan.name, "operator": args.operator, "task": args.task}
     report |= {"robot": scene.robot.name, "tool": scene.tool.name}
     if args.preset is not None:
@@ -114,6 +118,7 @@ def run(args: argparse.Namespace) -> int:
             report |= drive_freehand(hand, args, poses.add, recorded)
         else:
             report |= _rehearse(rehearsal, args, poses, recorded, ways)
+        notes = (*notes, *dropped, *report.pop("notes", ()))
     except BaseException:
         if recorded is not None:
             recorded.drop()
@@ -187,8 +192,8 @@ def build_scene(
     args: argparse.Namespace,
     robots: RobotSource | None = None,
     registration: ImageRegistration | None = None,
-) -> tuple[Scene, ControlSettings, str, str]:
-    """Scene and settings of a plan, why its placement does not arrive, and what its options stand for, in words.
+) -> tuple[Scene, ControlSettings, str, str, tuple[str, ...]]:
+    """Scene and settings of a plan, why its placement does not arrive, what its options stand for, and notes, in words.
 
     A plan without a robot placement gets one; behind a registration that says where the robot stands, its joints alone.
     """
@@ -207,13 +212,15 @@ def build_scene(
         targets, names = _targets(plan, args.targets)
     else:
         targets, names = np.zeros((0, 3)), ()
-    zones = _zones(plan, case, args.zones)
+    zones = _zones(plan, case, args)
     prepare_engine()  # everything that was given has been read
     options = _options(plan, args)
     scan = None if options == NO_OPTIONS else case.scan()
     stands = standing(options, plan, scan, lambda: plan_tissue(case.scans, plan) if case.scans else None)
     tube = () if args.tube is None else (PathTube(path, args.tube),)
     soft, shaft = (zones.soft_zones, shaft_of(plan, path)) if preset is None else ((), None)
+    lost = len(zones.soft_zones) - len(soft)
+    dropped = (f"{lost} soft zone{'s' * (lost > 1)} of the plan or --zones: off, the papers have none",) if lost else ()
     fixtures = (*soft, *stands.fixtures, *tube, *zones.envelopes)
     tree, _ = tree_without_removed_bone(case.tree, case.scan() if plan.content.removed_bone else None, plan)
     # A placement is of one robot, tool and margin among what there was; another of them asks for another one.
@@ -232,7 +239,7 @@ def build_scene(
     scene = Scene(
         tree, robot, tool, base, q_start, path, targets, names, zones.zones, fixtures, case.structure_names, shaft
     )
-    return scene if preset is None else preset.in_scene(scene), settings, obstacle, stands.words
+    return scene if preset is None else preset.in_scene(scene), settings, obstacle, stands.words, dropped
 
 
 def _robots(services: Services | None, urdf: bytes | None) -> RobotSource | None:
@@ -242,9 +249,10 @@ def _robots(services: Services | None, urdf: bytes | None) -> RobotSource | None
     return None if services is None else services.instruments
 
 
-def _zones(plan: Plan, case: ResolvedCase, file: Path | None) -> ZoneSet:
+def _zones(plan: Plan, case: ResolvedCase, args: argparse.Namespace) -> ZoneSet:
     """The plan's protected structures, and beside them the zones of a file."""
-    own, more = resolve_plan_zones(plan, case), ZoneSet() if file is None else resolve_zones(file, case)
+    own, more = resolve_plan_zones(plan, case), ZoneSet() if args.zones is None else resolve_zones(args.zones, case)
+    check_zones(args, more)
     return ZoneSet((*own.zones, *more.zones), (*own.soft_zones, *more.soft_zones), more.envelopes)
 
 

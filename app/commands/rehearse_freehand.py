@@ -17,6 +17,7 @@ from vfix_engine.runtime.snapshot import Snapshot
 from vfix_engine.study.drive import LONGEST_S, drive
 from vfix_engine.study.operator import Guide, PursuitOperator
 from vfix_engine.study.person import Person
+from vfix_engine.virtual_fixtures.zone_file import ZoneSet
 from vfix_engine.worlds.freehand.snapshot import FreehandSnapshot
 from vfix_engine.worlds.freehand.system import FreehandSystem
 from vfix_engine.worlds.rigid.dry_run import dry_run
@@ -42,10 +43,17 @@ def check_options(args: argparse.Namespace) -> None:
         "--preset": args.preset is not None,
         "--approach": args.approach is not None,
         "--tube": args.tube is not None,
+        "--margin": args.margin is not None,
     }
     wrong = [name for name, given in robots.items() if given]
     if wrong:
         raise InputError(f"--mode freehand does not go with {wrong[0]}, which is of a robot")
+
+
+def check_zones(args: argparse.Namespace, zones: ZoneSet) -> None:
+    """Refuse what a free hand does not feel of a file's zones. Raises InputError."""
+    if args.mode == "freehand" and (zones.soft_zones or zones.envelopes):
+        raise InputError("--mode freehand goes with no-fly zones of --zones only: soft zones and envelopes do nothing")
 
 
 def at_hand_rate(settings: ControlSettings) -> ControlSettings:
@@ -56,7 +64,7 @@ def at_hand_rate(settings: ControlSettings) -> ControlSettings:
 def drive_freehand(
     system: FreehandSystem, args: argparse.Namespace, keep: Callable[[Any], None], log: Log | None
 ) -> dict[str, Any]:
-    """Follow the plan's path by a simulated person, and say what it came to.
+    """Follow the plan's path by a simulated person, and say what it came to; ``notes``: of what the plan shows.
 
     Raises:
         StartRefused: the robot or the tool cannot start there.
@@ -65,9 +73,12 @@ def drive_freehand(
     scene, settings = system.scene, system.first_settings
     if scene.path is None:
         raise ControlError("path following needs a path of at least two points")
-    guide = Guide.of(scene.path, dry_run(scene, settings))
+    dry = dry_run(scene, settings)
+    guide = Guide.of(scene.path, dry)
+    up_to = f"the plan shows the tool up to {dry.s.max():.1f} mm of the path: {dry.reason}"
+    notes = [] if dry.completed else [up_to]
     person = PursuitOperator(guide, Person.exact() if args.steady else Person(), scene.tool, settings, args.seed)
-    say_notes([UNCERTIFIED])
+    say_notes([UNCERTIFIED, *notes])
     errors, least, held, approach = [], np.inf, 0, 0
 
     def look(snapshot: Snapshot) -> None:
@@ -105,4 +116,5 @@ def drive_freehand(
         "qp_rows": {"min": 0, "max": 0},
         "margin_mm": settings.margin_mm,
         "path_length_mm": scene.path.length,
+        "notes": notes,
     }

@@ -56,7 +56,7 @@ class Snapshot:
     blockers: constraints that reduced or held it, strongest first.
     forces: (3,) in N on the operator's hand.
     progress_mm, length_mm: arc length along the path or lumen, and its total; 0 if there is none.
-    certified: every motion of this world is certified before it is made; False for a free tool.
+    certified: every motion of this world is certified before it is made; False unless its system says so.
     running, timing: filled in by the loop.
 
     No field has a default in the class, so that a subclass can compute all of them on demand.
@@ -73,6 +73,6 @@ class Snapshot:
     steps: int
     blockers: tuple[Blocker, ...] = field(default_factory=tuple)
     forces: Array = field(default_factory=lambda: np.zeros(3))
-    certified: bool = field(default_factory=lambda: True)
+    certified: bool = field(default_factory=bool)
     running: bool = field(default_factory=bool)
     timing: Timing = field(default_factory=Timing)

@@ -32,8 +32,9 @@ class PathTube:
     """The tip is at most ``radius_mm`` from the path, at every instant of every motion; the ends are half balls.
 
     Rows: the tube's tangent plane that faces the tip, 16 planes around the tangent of the path, in directions that are
-    transported along it, and near an end those of 32 even directions that point out of it. All of them contain the
-    tube; ``tip_limit.tightened_mm`` bounds what a step within them may exceed, and the rows are tightened by it.
+    transported along it, and near an end those of 32 even directions that point out of it. They contain the straight
+    continuation of the tube at the path's nearest point, and cut a curved one. They only shape the step, tightened by
+    an estimate of what it may exceed (``tip_limit.tightened_mm``); the check over the whole motion decides.
 
     Certificate: let c₀ and c₁ be the path's points nearest to the ends of a chord, w their distance and l the arc
     between them. Every point between c₀ and c₁ is within √(l² − w²) / 2 of the arc, which lies in the ellipse with
@@ -109,7 +110,7 @@ class PathTube:
         """Outward unit vectors (m, 3), how far the tube's core reaches beyond the tip along each, and its bend in mm.
 
         The core is the path within ``travel`` of the point nearest to the tip. Where it ends, the planes of that end
-        close the tube; elsewhere the sides go on.
+        close the tube; elsewhere the sides go on. The bend is estimated: how far its ends are from the tangent.
         """
         s, nearest, tangent = self.path.closest(tip)
         first, last = self.path.position(np.array([s - travel, s + travel]))

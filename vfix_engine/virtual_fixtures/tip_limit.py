@@ -62,7 +62,7 @@ def tightened_mm(now: Situation, size_mm: float, bend_mm: float = 0.0) -> float:
     δ² / 2R beyond a round limit of radius R. δ is the wanted step, or that of the present velocity if it is longer.
 
     Args:
-        size_mm: R; ∞ for a plane limit. bend_mm: by which the limit itself turns away within δ.
+        size_mm: R; ∞ for a plane limit. bend_mm: estimate of how far the limit itself turns away within δ.
     """
     travel = travel_mm(now)
     return min(RESERVE_MM + BUFFER_MM + 0.5 * travel * travel / size_mm + bend_mm, _LARGEST_SHARE * size_mm)
@@ -98,9 +98,9 @@ def stays_inside(before: StepState, after: StepState, look: Look, between: Betwe
     allowed = max(first.excess, -RESERVE_MM)
     if not last.excess <= allowed:  # NaN is refused as well
         return False
-    if after.context is None:  # a state made by hand has no motion
-        return True
-    sag, most = after.context.sag_mm(before, after), allowed + RESERVE_MM
+    # The tip of states made by hand is taken to move along its chord.
+    sag = 0.0 if after.context is None else after.context.sag_mm(before, after)
+    most = allowed + RESERVE_MM
     grid = 1 << HALVINGS
     waiting = [(0, grid, first, last)]
     while waiting:
@@ -111,9 +111,17 @@ def stays_inside(before: StepState, after: StepState, look: Look, between: Betwe
         if j - i == 1:
             return False
         half = (i + j) // 2
-        q = before.q + half / grid * (after.q - before.q)
-        middle = look(after.context.robot.tip_pose(q)[1])
+        middle = look(_place(before, after, half / grid))
         if not middle.excess <= allowed:
             return False
         waiting += [(half, j, middle, two), (i, half, one, middle)]
     return True
+
+
+def _place(before: StepState, after: StepState, share: float) -> Array:
+    """(3,) of the tip after a share of the motion."""
+    if after.context is None:
+        first: Array = before.tip.position
+        return first + share * (after.tip.position - first)
+    found: Array = after.context.robot.tip_pose(before.q + share * (after.q - before.q))[1]
+    return found

@@ -18,14 +18,14 @@ from .rigid.preparation import RIGID
 class World(NamedTuple):
     """Module and name of a world's spec.
 
-    preparation: of its kernels; None: another world's are all it needs.
     certified: whether every motion in it is certified.
+    preparation: of its kernels; None: another world's are all it needs.
     """
 
     module: str
     spec: str
+    certified: bool
     preparation: Preparation | None = None
-    certified: bool = True
 
     def load(self) -> type[SystemSpec]:
         """The class of its specs."""
@@ -39,10 +39,10 @@ __all__ = ["RIGID", "SNAKE", "WORLDS", "World", "prepare", "spec_of"]
 SNAKE = Preparation("vfix_engine.worlds.snake.preparation", (("drive",),), "prepared-snake", 219, spare=True)
 
 WORLDS = {
-    "rigid": World("vfix_engine.worlds.rigid.spec", "RigidSpec", RIGID),
+    "rigid": World("vfix_engine.worlds.rigid.spec", "RigidSpec", certified=True, preparation=RIGID),
     "freehand": World("vfix_engine.worlds.freehand.spec", "FreehandSpec", certified=False),
-    "snake": World("vfix_engine.worlds.snake", "SnakeSystemSpec", SNAKE),
-    "snake drive": World("vfix_engine.worlds.snake", "DriveSpec"),
+    "snake": World("vfix_engine.worlds.snake", "SnakeSystemSpec", certified=True, preparation=SNAKE),
+    "snake drive": World("vfix_engine.worlds.snake", "DriveSpec", certified=True),
 }
 
 

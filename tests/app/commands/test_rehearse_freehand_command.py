@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from app.cli import main
+from vfix_engine.control import ControlSettings
+from vfix_engine.worlds.rigid.dry_run import DryRun, dry_run
+from vfix_engine.worlds.rigid.scene import Scene
 
 SAMPLE = ["--case", "head-phantom", "--plan", "head-phantom-sample", "--mode", "freehand"]
 
@@ -62,9 +66,34 @@ def test_a_steady_one_touches_nothing(capsys: pytest.CaptureFixture[str]) -> Non
         ["--preset", "li2004"],
         ["--approach", "10"],
         ["--tube", "1"],
+        ["--margin", "0.5"],
     ],
 )
 def test_what_is_of_a_robot_is_refused(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["rehearse", *SAMPLE, *arguments, "--json"]) == 2
     assert f"does not go with {arguments[0]}" in capsys.readouterr().err
     assert main(["rehearse", *SAMPLE[:4], "--steady"]) == 2
+
+
+@pytest.mark.parametrize("kind", ["soft_zones", "envelopes"])
+def test_zones_that_do_nothing_are_refused(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    ball = {"name": "gland", "shape": {"kind": "sphere", "centre": [0, 8, 0.5], "radius": 60.0}}
+    soft = {"thickness_mm": 0.0, "stiffness_n_per_mm": 0.2} if kind == "soft_zones" else {}
+    file = tmp_path / "zones.json"
+    file.write_text(json.dumps({"schema": "vfix-zones/1", "frame": "LPS", "unit": "mm", kind: [ball | soft]}))
+    assert main(["rehearse", *SAMPLE, "--zones", str(file), "--json"]) == 2
+    assert "soft zones and envelopes do nothing" in capsys.readouterr().err
+
+
+def test_a_plan_that_does_not_arrive_is_told(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def short(scene: Scene, settings: ControlSettings) -> DryRun:
+        return replace(dry_run(scene, settings), completed=False, reason="bone is in the way")
+
+    monkeypatch.setattr("app.commands.rehearse_freehand.dry_run", short)
+    _, said, words = rehearse(["--steady"], capsys)
+    note = said["notes"][-1]
+    assert note.startswith("the plan shows the tool up to ")
+    assert note.endswith(" mm of the path: bone is in the way")
+    assert note in words

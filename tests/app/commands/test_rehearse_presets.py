@@ -40,3 +40,21 @@ def test_a_preset_drives_and_says_what_is_printed_and_what_is_not(
     assert 0 <= report["progress_fallbacks"] < report["steps"]
     assert main(["rehearse", *tube, "--preset", preset, "--speed-limit", "--json"]) == 2
     assert "--preset goes without" in capsys.readouterr().err
+    for more in (["--view-distance", "5"], ["--operator", "pushing", "--free"]):
+        assert main(["rehearse", *tube, "--preset", preset, *more, "--json"]) == 2
+        assert "which would change its parameters" in capsys.readouterr().err
+
+
+def test_soft_zones_that_a_preset_drops_are_told(
+    tube: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ball = {"kind": "sphere", "centre": [0, 38, 6], "radius": 6.0}
+    soft = {"name": "gland", "thickness_mm": 0.0, "stiffness_n_per_mm": 0.2, "shape": ball}
+    body = {"schema": "vfix-zones/1", "frame": "LPS", "unit": "mm", "soft_zones": [soft, soft | {"name": "other"}]}
+    file = tmp_path / "zones.json"
+    file.write_text(json.dumps(body))
+    main(["rehearse", *tube, "--preset", "li2007", "--zones", str(file), "--json"])
+    told = capsys.readouterr()
+    note = "2 soft zones of the plan or --zones: off, the papers have none"
+    assert note in json.loads(told.out)["notes"]
+    assert f"vfix: {note}" in told.err

@@ -208,6 +208,14 @@ def test_rest_before_and_after_moves_neither(followed: Drive) -> None:
     assert log_dimensionless_jerk(rested, 1000.0) == log_dimensionless_jerk(reach, 1000.0)
 
 
+def test_a_world_that_is_not_known_is_not_certified(pushed: Drive) -> None:
+    """HAZ-41."""
+    assert pushed.score.certified
+    strange = replace(pushed.run, manifest={**pushed.run.manifest, "world": "another"})
+    score = score_run(strange, pushed.spec)
+    assert (score.world, score.mode, score.certified) == ("another", "hands-on", False)
+
+
 def test_contacts_by_structure_and_part_as_labelled_by_another_library(pushed: Drive) -> None:
     """The distances of a run are replaced: a certified one has no contact."""
     assert (pushed.score.contacts, pushed.score.max_depth_mm, pushed.score.contacts_by) == (0, 0.0, ())

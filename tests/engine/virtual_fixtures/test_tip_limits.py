@@ -17,6 +17,7 @@ from vfix_engine.control.step import build_step
 from vfix_engine.control.tasks import MoveFreely
 from vfix_engine.errors import InputError, StartRefused
 from vfix_engine.geometry.path import SplinePath
+from vfix_engine.geometry.shape_distance import signed_distance
 from vfix_engine.geometry.shapes import Box, CapsuleShape, HalfSpace, Shape, Sphere
 from vfix_engine.virtual_fixtures import PathTube, StepState, TipEnvelope
 from vfix_engine.virtual_fixtures.tip_limit import RESERVE_MM
@@ -80,9 +81,24 @@ def unit(vector: np.ndarray) -> np.ndarray:
     return vector / np.linalg.norm(vector)
 
 
+@pytest.mark.parametrize("shape", SHAPES)
+def test_the_planes_contain_a_convex_shape(shape: Shape) -> None:
+    """From any place inside, however far the other: no plane lies before it by more than what rows are tightened."""
+    limit, random = TipEnvelope("room", shape), np.random.default_rng(4)
+    places = random.uniform((-6, -8, -6), (11, 24, 8), (6000, 3))
+    places = places[signed_distance(shape, places) < 0.0]
+    assert len(places) > 60
+    now = [replace(situation(tip_at(place), dt=2e-2), scale_mm=1e-3) for place in places[:6]]
+    for one in now:
+        (rows,) = limit.rows(replace(one, deceleration_mm_per_s2=1e9)).constraints
+        for place in places:
+            step = np.linalg.lstsq(one.state.tip.jacobian[:3], place - one.state.tip.position, rcond=None)[0]
+            assert (rows.matrix[:, :-1] @ step <= rows.bound + 0.02).all()
+
+
 @pytest.mark.parametrize("limit", [TUBE, *(TipEnvelope("room", shape) for shape in SHAPES)])
-def test_no_row_forbids_a_step_that_stays_well_inside(limit: PathTube | TipEnvelope) -> None:
-    """The planes contain the limit: up to buffer and braking distance the tip may go everywhere in it."""
+def test_no_row_forbids_a_short_step_that_stays_well_inside(limit: PathTube | TipEnvelope) -> None:
+    """A step of 0.05 mm between places 0.12 mm inside; of a long one along a curved tube nothing is said."""
     random = np.random.default_rng(3)
     tried = 0
     while tried < 60:
@@ -186,6 +202,15 @@ def test_a_way_that_leaves_the_tube_is_refused_although_both_ends_are_inside() -
         verdict = certify_step(problem, step)
         assert isinstance(verdict, Refused)
         assert verdict.by is limit
+
+
+def test_states_made_by_hand_are_checked_along_their_chord() -> None:
+    """Without a context nothing is known of the joints between: the chord must stay inside as well."""
+    hairpin = PathTube(SplinePath([(0, 0, 0), (0, 20, 0), (4, 20, 0), (4, 0, 0)], degree=1), 1.0)
+    here, there, beyond = (tip_at(np.array(place)) for place in ([0.0, 5, 0], [4.0, 5, 0], [0.0, 9, 0.5]))
+    assert hairpin.room(there) > RESERVE_MM
+    assert not hairpin.is_admissible(here, there)
+    assert hairpin.is_admissible(here, beyond)
 
 
 def test_two_legs_of_one_path_lie_in_one_tube() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import InputError
+from ...geometry.rotations import rotation_vector
 from ...validate import real_array
 from ...virtual_fixtures import StepState, stoppable_step
 from ..context import context_of
@@ -79,7 +80,7 @@ class FollowMotion:
             pose, tip, dt = command.transform_tip_to_patient, state.tip, settings.dt_s
             slowing = settings.acceleration_mm_per_s2 * dt * dt, settings.turn_acceleration_rad_per_s2 * dt * dt
             velocity = _towards(pose[:3, 3] - tip.position, command.speed_mm_per_s, slowing[0], dt)
-            turn = _towards(_rotation_vector(pose[:3, :3] @ tip.rotation.T), command.turn_rad_per_s, slowing[1], dt)
+            turn = _towards(rotation_vector(pose[:3, :3] @ tip.rotation.T), command.turn_rad_per_s, slowing[1], dt)
         else:
             raise InputError(f"FollowMotion is driven by a DesiredMotion or a DesiredPose, not by {command!r:.60}")
         force = velocity / settings.gain_mm_per_s_per_n
@@ -93,10 +94,3 @@ def _towards(way: Array, fastest: float, change: float, dt: float) -> Array:
         return np.zeros(3)
     velocity: Array = way * (min(fastest, stoppable_step(size, change) / dt) / size)
     return velocity
-
-
-def _rotation_vector(rotation: Array) -> Array:
-    from scipy.spatial.transform import Rotation  # imported here: slow to load
-
-    vector: Array = Rotation.from_matrix(rotation).as_rotvec()
-    return vector

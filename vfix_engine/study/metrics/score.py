@@ -77,7 +77,8 @@ class HeldTime:
 class RunScore:
     """The metrics of a run; docs/metrics.md defines each. Lengths in mm, angles in degrees, times in s.
 
-    mode: 'freehand', 'hands-on' or 'teleoperated'; certified: no motion was made without the certificate.
+    mode: 'freehand', 'hands-on' or 'teleoperated'; certified: no motion was made without the certificate,
+        False where the world is not known.
     path_error_mm: None where no sample follows a path; target_error_mm and angle_deg: None without inspection.
     path_length_mm, spectral_arc_length, log_dimensionless_jerk: of the tip after the approach; the last two None where
         they are not defined.
@@ -130,7 +131,7 @@ def score_run(run: Run, spec: SystemSpec | None = None, transform_believed_to_tr
         else rigid_transform(transform_believed_to_true, "the transform")
     )
     world = str(run.manifest["world"])
-    certified = world not in WORLDS or WORLDS[world].certified
+    certified = world in WORLDS and WORLDS[world].certified
     task = _task(samples)
     rate = 1.0 / float(np.median(samples.period_s[task]))
     speed = _steps(samples.tip[task]) * rate
@@ -138,7 +139,7 @@ def score_run(run: Run, spec: SystemSpec | None = None, transform_believed_to_tr
     held = samples.outcome == _HELD
     return RunScore(
         world=world,
-        mode=_mode(run, samples, certified),
+        mode=_mode(run, samples),
         certified=certified,
         samples=len(samples.tip),
         time_s=float(samples.period_s.sum()),
@@ -246,8 +247,8 @@ def _held_by(run: Run, spec: SystemSpec, samples: Samples) -> tuple[HeldTime, ..
     return tuple(HeldTime(*key, seconds) for key, seconds in sorted(time.items(), key=lambda item: -item[1]))
 
 
-def _mode(run: Run, samples: Samples, certified: bool) -> str:
-    if not certified:
+def _mode(run: Run, samples: Samples) -> str:
+    if run.manifest["world"] == "freehand":
         return "freehand"
     names = [name for name, _ in run.manifest["columns"]]
     return "teleoperated" if run.ticks[samples.first :, names.index("master")].any() else "hands-on"

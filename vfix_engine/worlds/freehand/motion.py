@@ -16,12 +16,15 @@ import numpy as np
 from ...arrays import Array
 from ...control import ControlSettings
 from ...geometry.capsules import Segments
+from ...geometry.shaft_kernels import turned
+from ...kernels.triples import triple
 from ...robots import Tool
 from .contact import MOST_SIDES, NO_CONTACT, ContactForces, ContactModel
 
 STIFF_SHARE = 0.25  # of the penetration that contact forces take back within a substep, all sides together
 CORE_SHARE = 0.9  # of the radius: bone never comes nearer to the axis, whose distance says how deep it is
 MOVE_SHARE = 0.05  # of the least radius: the longest motion of any part within a substep; no axis passes bone in it
+_DONE = 1e-9  # of a control period: less than that is rounding
 
 
 class ToolPose(NamedTuple):
@@ -50,19 +53,21 @@ def moved(
 
     clearance: no bone is nearer to the tool, in mm. force: (3,) in N; torque: (3,) in N·mm about the tip.
     """
-    dt, motion = settings.dt_s, _motion(tool, force, torque, settings)
-    if motion < clearance:  # bone is out of reach
-        position = pose.position + dt * settings.gain_mm_per_s_per_n * force
-        rotation = _turned(pose.rotation, dt * settings.rotation_gain_rad_per_s_per_nmm * torque)
+    dt, gain, turning = settings.dt_s, settings.gain_mm_per_s_per_n, settings.rotation_gain_rad_per_s_per_nmm
+    reach = float(np.linalg.norm(tool.segments(np.eye(3), np.zeros(3)).start, axis=1).max())
+    if dt * _speed(gain * force, turning * torque, reach) < clearance:  # bone is out of reach
+        position = pose.position + dt * gain * force
+        rotation = _turned(pose.rotation, dt * turning * torque)
         return pose_of(tool, position, rotation), NO_CONTACT, False
-    stiff = settings.gain_mm_per_s_per_n * around.stiffness_n_per_mm * MOST_SIDES * dt / STIFF_SHARE
-    quick = motion / (MOVE_SHARE * float(tool.radius.min()))
-    count = max(math.ceil(max(stiff, quick)), 1)  # contact is stable, and no part passes bone within a substep
-    h, push = dt / count, around.push(pose.segments)
-    free = False
-    for _ in range(count):
-        velocity = settings.gain_mm_per_s_per_n * (force + push.force.sum(axis=0))
-        turn = settings.rotation_gain_rad_per_s_per_nmm * _against(torque, push, pose.position)
+    stiff = gain * around.stiffness_n_per_mm * MOST_SIDES * dt / STIFF_SHARE
+    stable, furthest = dt / max(math.ceil(stiff), 1), MOVE_SHARE * float(tool.radius.min())
+    push, left, free = around.push(pose.segments), dt, False
+    while left > _DONE * dt:
+        velocity = gain * (force + push.force.sum(axis=0))
+        turn = turning * _against(torque, push, pose.position)
+        speed = _speed(velocity, turn, reach)
+        h = min(left, stable, furthest / speed if speed > 0.0 else math.inf)  # no part passes bone within a substep
+        left -= h
         for share in (1.0, 0.5, 0.25):
             there = pose_of(tool, pose.position + share * h * velocity, _turned(pose.rotation, share * h * turn))
             after = around.push(there.segments)
@@ -72,11 +77,9 @@ def moved(
     return pose, push, not free
 
 
-def _motion(tool: Tool, force: Array, torque: Array, settings: ControlSettings) -> float:
-    """The longest motion in mm of any part of the tool in a control period without contact."""
-    reach = float(np.linalg.norm(tool.segments(np.eye(3), np.zeros(3)).start, axis=1).max())
-    turn = settings.rotation_gain_rad_per_s_per_nmm * float(np.linalg.norm(torque))
-    return settings.dt_s * (settings.gain_mm_per_s_per_n * float(np.linalg.norm(force)) + turn * reach)
+def _speed(velocity: Array, turn: Array, reach: float) -> float:
+    """At most so fast in mm/s is any part of the tool, which reaches ``reach`` mm from its tip."""
+    return float(np.linalg.norm(velocity)) + float(np.linalg.norm(turn)) * reach
 
 
 def _against(torque: Array, push: ContactForces, tip: Array) -> Array:
@@ -94,9 +97,8 @@ def _turned(rotation: Array, turn: Array) -> Array:
     angle = float(np.linalg.norm(turn))
     if angle == 0.0:
         return rotation
-    x, y, z = turn / angle
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    found = (np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * cross @ cross) @ rotation
+    axis = triple(turn / angle)
+    found = np.column_stack([turned(triple(one), axis, angle) for one in rotation.T])
     first = found[:, 0] / np.linalg.norm(found[:, 0])
     second = found[:, 1] - (found[:, 1] @ first) * first
     second /= np.linalg.norm(second)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array
 from ...geometry.path import SplinePath
+from ...geometry.rotations import rotation_vector
 from ...runtime.snapshot import Blocker, Snapshot
 from ..rigid.scene import Scene
 from ..rigid.snapshot import camera_at
@@ -49,7 +50,6 @@ class FreehandSnapshot(Snapshot):
     clearance_mm: float
     threshold_mm: float
     target_error_mm: float
-    certified: bool = field(default_factory=bool)
 
     @property
     def segments_start(self) -> Array:
@@ -96,6 +96,7 @@ def snapshot_of(scene: Scene, structures: tuple[str, ...], state: FreehandState)
         progress_mm=progress,
         length_mm=length,
         steps=state.steps,
+        certified=False,
     )
 
 
@@ -108,13 +109,6 @@ def contacts_of(structures: tuple[str, ...], parts: tuple[str, ...], state: Free
         )
         for body, part in np.argwhere(state.count > 0)
     )  # fmt: skip
-
-
-def rotation_vector(rotation: Array) -> Array:
-    """(3,) in rad."""
-    from scipy.spatial.transform import Rotation  # slow to load
-
-    return np.asarray(Rotation.from_matrix(rotation).as_rotvec())
 
 
 def _blocker(one: Contact) -> Blocker:

@@ -163,7 +163,10 @@ class FreehandSystem:
         )
 
     def _hand(self, state: FreehandState, command: Command) -> tuple[Array, Array]:
-        """Force in N and torque in N·mm about the tip of the hand, no larger than the force cap at the grip."""
+        """Force in N of the hand, at most the force cap, and its torque in N·mm about the tip.
+
+        About each axis the torque is at most that of the force cap at the grip.
+        """
         settings, tool, rotation = state.settings, self.scene.tool, state.rotation
         axes = array_of(command.axes, "the axes")
         right, down, inwards = (share_of(value, "axis") for value in axes.tolist())

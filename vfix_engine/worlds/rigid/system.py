@@ -156,9 +156,9 @@ class RigidSystem:
             ControlError: the scene has no path, or none of this length.
         """
         state, path = self.with_mode(state, "path"), self.scene.path
-        if path is None or not 0.0 <= at_mm <= path.length:
-            length_mm = 0.0 if path is None else path.length
-            raise ControlError(f"the path has no point at {at_mm!r:.40} mm; it is {length_mm:.1f} mm long")
+        assert path is not None  # with_mode has refused a scene without one
+        if not 0.0 <= at_mm <= path.length:
+            raise ControlError(f"the path has no point at {at_mm!r:.40} mm; it is {path.length:.1f} mm long")
         chosen = PathPoint.at(path, at_mm)
         return replace(state, phase="approach", nearest=chosen, chosen=chosen)
 
@@ -279,7 +279,7 @@ class RigidSystem:
             return controller.step(state.tool, task, hand), False
         tool = controller.context.remeasured(state.tool)
         problem = build_step(tool, PrintedPath(task.path, near, weights), controller.fixtures, hand)
-        if problem.rests or solve_step(problem).found:
+        if problem.rests or solve_step(problem, self.solver).found:
             return take_step(problem, self.solver), False
         return controller.step(tool, task, hand), True
 

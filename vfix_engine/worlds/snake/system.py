@@ -202,6 +202,7 @@ class SnakeSystem:
             tissue_age_s=tissue_age_s(drive, state),
             following=state.following,
             looked_deg=np.array(state.looked_deg if state.looking is None else state.looking.turned_deg),
+            certified=True,
         )
 
     def background(self, state: SnakeState) -> Background | None:

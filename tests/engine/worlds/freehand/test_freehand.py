@@ -27,7 +27,8 @@ from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import Run, RunWriter
 from vfix_engine.study.metrics import score_run
 from vfix_engine.virtual_fixtures import Zone
-from vfix_engine.worlds.freehand.contact import ContactModel
+from vfix_engine.worlds.freehand.contact import ContactForces, ContactModel
+from vfix_engine.worlds.freehand.motion import MOVE_SHARE
 from vfix_engine.worlds.freehand.snapshot import FreehandSnapshot
 from vfix_engine.worlds.freehand.spec import FreehandSpec
 from vfix_engine.worlds.freehand.state import FreehandState
@@ -122,6 +123,27 @@ def test_bone_never_passes_the_axis_of_the_tool() -> None:
     assert 0.8 < -state.distance[0, 0] <= 0.9
     back = driven(system, state, Command(np.array([0.0, -20.0, 0.0])), 0.2)
     assert back.distance[0].min() > 0.0
+
+
+def test_no_part_moves_further_within_a_substep_than_a_share_of_the_radius(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Hand and contact pull the same way: out of a wall that the tip is deep in."""
+    settings = replace(SETTINGS, dt_s=2e-2, force_cap_n=20.0, gain_mm_per_s_per_n=10.0)
+    system = FreehandSystem(straight_scene(wall(4.0)), settings, 16.0)
+    state = driven(system, system.start(), Command(np.array([0.0, 20.0, 0.0])), 1.0)
+    assert -state.distance.min() > 0.8
+    push, seen = system.around.push, [state.segments]
+
+    def look(segments: Segments) -> ContactForces:
+        seen.append(segments)
+        return push(segments)
+
+    monkeypatch.setattr(system.around, "push", look)
+    after = system.step(state, Command(np.array([0.0, -20.0, 0.0])))
+    assert after.distance.min() > 0.0
+    ends = [np.concatenate([one.start, one.end]) for one in seen]
+    most = MOVE_SHARE * float(system.scene.tool.radius.min())
+    longest = [min(np.linalg.norm(ends[k] - one, axis=1).max() for one in ends[:k]) for k in range(1, len(ends))]
+    assert 0.9 * most < max(longest) <= most + 1e-9
 
 
 def test_opposite_sides_push_apart() -> None:

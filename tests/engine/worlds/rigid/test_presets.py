@@ -10,7 +10,10 @@ import numpy as np
 import pytest
 
 from tests.engine.scenes import curved_tube, placed_scene, straight_scene, wall
-from vfix_engine.control import Controller, ControlSettings, HandCommand, build_step
+from vfix_engine.control import Controller, ControlSettings, HandCommand, build_step, solve_step
+from vfix_engine.control.problem import Problem
+from vfix_engine.control.program import Solution
+from vfix_engine.control.qp import DUAL
 from vfix_engine.control.tasks import FollowPath, InspectTarget, PathPoint
 from vfix_engine.control.tasks.printed_path import DEMAND, PrintedPath, PrintedWeights
 from vfix_engine.errors import InputError
@@ -24,6 +27,7 @@ from vfix_engine.worlds.rigid.presets import OUTER_S, PRESETS
 from vfix_engine.worlds.rigid.rehearsal import Rehearsal
 from vfix_engine.worlds.rigid.servo import ServoWatch, servo_poses
 from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
+from vfix_engine.worlds.rigid.system import RigidSystem
 
 LINE = np.array([[0.0, 0.0, 0.0], [0.0, 10.0, 0.0], [2.0, 20.0, 0.0], [4.0, 30.0, 2.0]])
 
@@ -124,10 +128,39 @@ def test_the_servo_goes_straight_in_joint_space() -> None:
     np.testing.assert_allclose(np.diff(poses, axis=0), np.tile(after / 33, (32, 1)), atol=1e-12)
 
 
-@pytest.mark.parametrize("change", [{"near": -1.0}, {"tip_rad": np.nan}, {"tolerance": 0.0}, {"tolerance": 1.0}])
-def test_weights_that_make_no_program(change: dict[str, float]) -> None:
-    with pytest.raises(InputError, match="is"):
-        replace(PrintedWeights(), **change)
+@pytest.mark.parametrize(
+    ("field", "value", "words"),
+    [
+        ("near", -1.0, "the weight near is -1"),
+        ("tip_mm", np.inf, "the weight tip_mm is inf"),
+        ("tip_rad", np.nan, "the weight tip_rad is nan"),
+        ("tolerance", 0.0, r"the tolerance of \(14\) is 0"),
+        ("tolerance", 1.0, r"the tolerance of \(14\) is 1"),
+    ],
+)
+def test_weights_that_make_no_program(field: str, value: float, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        replace(PrintedWeights(), **{field: value})
+
+
+def test_another_solver_decides_on_its_own_program() -> None:
+    """What is driven by another solver asks that one whether (14) has a solution."""
+    preset = PRESETS["li2007"]
+    asked: list[str] = []
+    scene = preset.in_scene(straight_scene(wall(90.0), LINE))
+    system = RigidSystem(scene, preset.in_settings(ControlSettings()), "daqp")
+
+    def look(problem: Problem, solver: str = DUAL) -> Solution:
+        asked.append(solver)
+        return solve_step(problem, solver)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("vfix_engine.worlds.rigid.system.solve_step", look)
+        state = system.start()
+        for _ in range(5):
+            state = system.step(state, Command(np.zeros(3), drive=1))
+    assert set(asked) == {"daqp"}
+    assert state.fallbacks == 0
 
 
 @pytest.mark.parametrize("name", PRESETS)
