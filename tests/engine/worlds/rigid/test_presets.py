@@ -145,7 +145,8 @@ def test_weights_that_make_no_program(field: str, value: float, words: str) -> N
 
 def test_another_solver_decides_on_its_own_program() -> None:
     """What is driven by another solver asks that one whether (14) has a solution."""
-    preset, asked = PRESETS["li2007"], []
+    preset = PRESETS["li2007"]
+    asked: list[str] = []
     scene = preset.in_scene(straight_scene(wall(90.0), LINE))
     system = RigidSystem(scene, preset.in_settings(ControlSettings()), "daqp")
 
