@@ -85,26 +85,6 @@ def test_a_path_is_suggested_previewed_used_and_undone(open_page: OpenPage, rest
     assert station.errors == []
 
 
-def test_a_search_is_of_its_plan_as_that_was_when_it_began(open_page: OpenPage, rest: Rest) -> None:
-    station = open_page(viewport=WIDE).ready()
-    plan_id, other_id = plan_with_ends(rest), rest.copy_of_sample("Another")
-    station.open_plan(plan_id)
-    page = station.page
-    suggest, cancel = page.locator("#suggest"), page.locator(".job [data-tool=cancel]:visible")
-    suggest.click()
-    expect(cancel).to_have_count(1)
-    station.open_plan(other_id)
-    expect(suggest).to_have_attribute("aria-disabled", "false")
-    expect(cancel).to_have_count(0)
-    renamed = rest.client.patch(f"/api/v1/plans/{plan_id}", json={"name": "Renamed"})
-    renamed.raise_for_status()
-    station.open_plan(plan_id)
-    expect(suggest).to_have_attribute("aria-disabled", "true")
-    station.wait_for("the answer", lambda: page.locator("#alternatives button").count() > 1, DRIVEN_S)
-    expect(page.locator("#suggest-words")).to_have_text(re.compile("^Plan changed since"), use_inner_text=True)
-    assert station.errors == []
-
-
 def test_where_no_way_is_found_the_path_ends_there_or_bone_is_removed(open_page: OpenPage, rest: Rest) -> None:
     station = open_page(viewport=WIDE).ready()
     plan_id = plan_with_ends(rest)
