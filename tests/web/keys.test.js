@@ -288,8 +288,9 @@ test("Escape folds an open explanation first, and takes back nothing of the plan
   const keys = new Keys(connection);
   let open = true;
   let focused = 0;
-  const explanation = { removeAttribute: () => { open = false; }, querySelector: () => ({ focus: () => { focused += 1; } }) };
-  page.document.querySelector = (selector) => (selector === "details.more[open]" && open ? explanation : null);
+  const folded = { checkVisibility: () => false }; // in a step that is closed
+  const explanation = { checkVisibility: () => true, removeAttribute: () => { open = false; }, querySelector: () => ({ focus: () => { focused += 1; } }) };
+  page.document.querySelectorAll = (selector) => (selector === "details.more[open]" ? [folded, ...(open ? [explanation] : [])] : []);
   keys.down(keyEvent("Escape"));
   assert.deepEqual([open, focused, connection.sent], [false, 1, []]);
   keys.down(keyEvent("Escape"));

@@ -2,7 +2,7 @@
 
 /** Lay `window` and `document` out as globals, each an EventTarget; returns them. */
 export function layOutPage() {
-  const document = Object.assign(new EventTarget(), { hidden: false, activeElement: null, hasFocus: () => true, querySelector: () => null, getElementById: () => null });
+  const document = Object.assign(new EventTarget(), { hidden: false, activeElement: null, hasFocus: () => true, querySelector: () => null, querySelectorAll: () => [], getElementById: () => null });
   const window = Object.assign(new EventTarget(), { performance });
   Object.assign(globalThis, { window, document });
   return { window, document };
