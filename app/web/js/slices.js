@@ -245,15 +245,21 @@ export class Slices extends EventTarget {
     return { segments, radii: tool.radii_mm, margin: rehearsal?.margin_mm ?? 0 };
   }
 
+  /** What a press means: the newest state of the head that is drawn, which a frame may not have shown yet. */
+  get newest() {
+    const { state } = this.connection;
+    return this.state && state?.case?.id === this.state.case.id ? state : this.state;
+  }
+
   /** Whether a click adds something to the plan. */
   get adds() {
-    const { plan, regions, step } = this.state ?? {};
+    const { plan, regions, step } = this.newest ?? {};
     return Boolean(step?.input === "edit" && plan && !plan.locked && (plan.add_mode !== "none" || regions?.drawing));
   }
 
   /** Whether Escape takes back what a click has begun, before it ends anything of the slices. */
   get halfDone() {
-    const { plan, regions, shaft, step } = this.state ?? {};
+    const { plan, regions, shaft, step } = this.newest ?? {};
     return step?.input === "edit" && Boolean(plan?.ghost || regions?.drawing || shaft?.aiming);
   }
 

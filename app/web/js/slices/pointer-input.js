@@ -66,7 +66,7 @@ export class PointerInput {
 
   /** Whether a press may take a point or target: not while the next place belongs to what is drawn or aimed at. */
   get takes() {
-    const { step, regions, shaft } = this.pane.board.state ?? {};
+    const { step, regions, shaft } = this.pane.board.newest ?? {};
     return step?.input === "edit" && !regions?.drawing && !shaft?.aiming;
   }
 
