@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from dataclasses import field as made
 
 import numpy as np
 
 from ..arrays import Array
-from ..errors import InputError, StartRefused
+from ..errors import InputError
 from ..geometry.path import SplinePath
 from ..geometry.transport import across, transported
 from ..kernels.triples import cross, triple
 from .fixture import Rows, Situation
 from .polyhedra import BALL_DIRECTIONS
 from .state import StepState
-from .tip_limit import RESERVE_MM, TipPlace, inside_rows, stays_inside, tightened_mm, travel_mm
+from .tip_limit import TipLimit, TipPlace, inside_rows, tightened_mm, travel_mm
 from .zones import check_number
 
 NARROWEST_MM, WIDEST_MM = 0.05, 50.0
@@ -28,7 +27,7 @@ _OUTWARD = 0.1  # sine of the elevation from which on a plane closes an end of t
 
 
 @dataclass(frozen=True, eq=False)
-class PathTube:
+class PathTube(TipLimit):
     """The tip is at most ``radius_mm`` from the path, at every instant of every motion; the ends are half balls.
 
     Rows: the tube's tangent plane that faces the tip, 16 planes around the tangent of the path, in directions that are
@@ -74,18 +73,12 @@ class PathTube:
         """\"the tube of 1.5 mm about the path\"."""
         return f"the tube of {self.radius_mm:g} mm about the path"
 
-    def room(self, state: StepState) -> float:
-        """Distance in mm from the tip to the tube's surface; negative outside."""
-        return -self._look(state.tip.position).excess
-
-    def refuse_start(self, state: StepState, parts: Sequence[str]) -> None:
-        """Refuse a tip outside (HAZ-04). Raises StartRefused."""
-        room = self.room(state)
-        if not room >= RESERVE_MM:
-            raise StartRefused(
-                f"the tip would start {self.radius_mm - room:.2f} mm from the path, outside {self.words}; "
-                "start nearer to the path, or make the tube wider"
-            )
+    def start_words(self, room: float) -> str:
+        """Why a tip that far from the path cannot start, and what to do."""
+        return (
+            f"the tip would start {self.radius_mm - room:.2f} mm from the path, outside {self.words}; "
+            "start nearer to the path, or make the tube wider"
+        )
 
     def warm_up(self, state: StepState) -> None:
         """Load the kernels; nothing moves."""
@@ -98,13 +91,17 @@ class PathTube:
         room = reach + self.radius_mm - tightened_mm(now, self.radius_mm, bend)
         return inside_rows("tube", self.words, now, normals, room)
 
-    def is_admissible(self, before: StepState, after: StepState) -> bool:
-        """Whether the tip stays in the tube during the whole motion, or from outside never gets further out."""
-        return stays_inside(before, after, self._look, _between)
-
-    def _look(self, place: Array) -> TipPlace:
+    def look(self, place: Array) -> TipPlace:
+        """The excess of a position (3,), its nearest point of the path and the arc length of that."""
         s, nearest, _ = self.path.closest(place)
         return TipPlace(place, float(np.linalg.norm(place - nearest)) - self.radius_mm, nearest, s)
+
+    def between(self, one: TipPlace, two: TipPlace) -> float:
+        """The bound of the certificate above: max(d₀, d₁) + √(l² − w²) / 2, less the radius."""
+        assert one.nearest is not None
+        assert two.nearest is not None
+        chord, arc = float(np.linalg.norm(two.nearest - one.nearest)), two.s - one.s
+        return max(one.excess, two.excess) + 0.5 * math.sqrt(max(arc * arc - chord * chord, 0.0))
 
     def _planes(self, tip: Array, travel: float) -> tuple[Array, Array, float]:
         """Outward unit vectors (m, 3), how far the tube's core reaches beyond the tip along each, and its bend in mm.
@@ -132,10 +129,3 @@ class PathTube:
         aside -= np.outer(aside @ tangent, tangent)
         bend = float(np.linalg.norm(aside, axis=1).max())
         return np.concatenate(planes), np.concatenate(reach), bend
-
-
-def _between(one: TipPlace, two: TipPlace) -> float:
-    assert one.nearest is not None
-    assert two.nearest is not None
-    chord, arc = float(np.linalg.norm(two.nearest - one.nearest)), two.s - one.s
-    return max(one.excess, two.excess) + 0.5 * math.sqrt(max(arc * arc - chord * chord, 0.0))

@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from dataclasses import field as made
 
 import numpy as np
 
 from ..arrays import Array
-from ..errors import InputError, StartRefused
+from ..errors import InputError
 from ..geometry.shape_distance import signed_distance
 from ..geometry.shapes import Box, CapsuleShape, HalfSpace, Shape, Sphere
 from .fixture import Rows, Situation
 from .polyhedra import BALL_DIRECTIONS
-from .state import StepState
-from .tip_limit import RESERVE_MM, TipPlace, inside_rows, stays_inside, tightened_mm
+from .tip_limit import TipLimit, TipPlace, inside_rows, tightened_mm
 from .zones import SHAPES, check_name
 
 
 @dataclass(frozen=True, eq=False)
-class TipEnvelope:
+class TipEnvelope(TipLimit):
     """The tip stays in a sphere, capsule or box, or behind the plane of a half-space, at every instant of every motion.
 
     Several envelopes act together: the tip stays in all of them. The rest of the tool may leave them.
@@ -66,18 +64,12 @@ class TipEnvelope:
         """\"the envelope 'sinus'\"."""
         return f"the envelope '{self.name}'"
 
-    def room(self, state: StepState) -> float:
-        """Distance in mm from the tip to the shape's surface; negative outside."""
-        return -self._look(state.tip.position).excess
-
-    def refuse_start(self, state: StepState, parts: Sequence[str]) -> None:
-        """Refuse a tip outside (HAZ-04). Raises StartRefused."""
-        room = self.room(state)
-        if not room >= RESERVE_MM:
-            raise StartRefused(
-                f"the tip would start {max(-room, 0.0):.2f} mm outside {self.words}; move the entry, or make the "
-                "envelope larger"
-            )
+    def start_words(self, room: float) -> str:
+        """Why a tip that far outside cannot start, and what to do."""
+        return (
+            f"the tip would start {max(-room, 0.0):.2f} mm outside {self.words}; move the entry, or make the "
+            "envelope larger"
+        )
 
     def rows(self, now: Situation) -> Rows:
         """One constraint row for a half-space, 6 for a box, 33 for a sphere or capsule, in mm."""
@@ -94,10 +86,6 @@ class TipEnvelope:
             tightened = min(tightened_mm(now, math.inf), 0.25 * self._size)
         return inside_rows("envelope", self.words, now, normals, reach - tightened)
 
-    def is_admissible(self, before: StepState, after: StepState) -> bool:
-        """Whether the tip stays in the shape during the whole motion, or from outside never gets further out."""
-        return stays_inside(before, after, self._look, _between)
-
     @property
     def _size(self) -> float:
         """Radius, or smallest half size, in mm."""
@@ -105,12 +93,13 @@ class TipEnvelope:
             return float(self.shape.half_size.min())
         return math.inf if isinstance(self.shape, HalfSpace) else self.shape.radius
 
-    def _look(self, place: Array) -> TipPlace:
+    def look(self, place: Array) -> TipPlace:
+        """The signed distance of a position (3,)."""
         return TipPlace(place, float(signed_distance(self.shape, place[None])[0]))
 
-
-def _between(one: TipPlace, two: TipPlace) -> float:
-    return max(one.excess, two.excess)
+    def between(self, one: TipPlace, two: TipPlace) -> float:
+        """The larger one: the signed distance to a convex shape is convex."""
+        return max(one.excess, two.excess)
 
 
 def _core(shape: Sphere | CapsuleShape, place: Array) -> Array:

@@ -8,12 +8,14 @@ chord. A motion for which that does not suffice is bisected, like those of the c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, Protocol
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
+from ..errors import StartRefused
 from .fixture import Fixture, Rows, Situation
 from .rows import Constraint
 from .state import StepState
@@ -34,25 +36,45 @@ class TipPlace(NamedTuple):
     s: float = 0.0
 
 
-class TipLimit(Protocol):
-    """A fixture that limits where the tip may be."""
+class TipLimit(ABC):
+    """A fixture that limits where the tip may be; its rows are those of the kind."""
 
     @property
+    @abstractmethod
     def words(self) -> str:
         """Description of the limit, as in a reason: 'the tube of 1.5 mm about the path'."""
 
+    @abstractmethod
+    def look(self, place: Array) -> TipPlace:
+        """The excess of a position (3,)."""
+
+    @abstractmethod
+    def between(self, one: TipPlace, two: TipPlace) -> float:
+        """The limit's own bound in mm of the excess on the chord between two positions."""
+
+    @abstractmethod
+    def start_words(self, room: float) -> str:
+        """Why a tip with so much room in mm, of which there is too little, cannot start, and what to do."""
+
     def room(self, state: StepState) -> float:
         """Distance in mm from the tip to the limit's surface; negative outside."""
+        return -self.look(state.tip.position).excess
+
+    def refuse_start(self, state: StepState, parts: Sequence[str]) -> None:
+        """Refuse a tip outside (HAZ-04). Raises StartRefused."""
+        room = self.room(state)
+        if not room >= RESERVE_MM:
+            raise StartRefused(self.start_words(room))
+
+    def is_admissible(self, before: StepState, after: StepState) -> bool:
+        """Whether the tip stays inside during the whole motion, or from outside never gets further out."""
+        return stays_inside(before, after, self)
 
 
 def tip_limits(fixtures: Sequence[Fixture]) -> tuple[TipLimit, ...]:
     """The tubes and envelopes among fixtures, in their order, also those that have a weight."""
-    inner: list[Any] = [one.fixture if isinstance(one, Weighted) else one for one in fixtures]
-    return tuple(one for one in inner if hasattr(one, "room") and hasattr(one, "words"))
-
-
-Look = Callable[[Array], TipPlace]
-Between = Callable[[TipPlace, TipPlace], float]
+    inner = [one.fixture if isinstance(one, Weighted) else one for one in fixtures]
+    return tuple(one for one in inner if isinstance(one, TipLimit))
 
 
 def tightened_mm(now: Situation, size_mm: float, bend_mm: float = 0.0) -> float:
@@ -85,15 +107,13 @@ def inside_rows(kind: str, words: str, now: Situation, normals: Array, room: Arr
     return Rows((), (Constraint(kind, matrix, bound, np.arange(len(bound)), (words,)),))
 
 
-def stays_inside(before: StepState, after: StepState, look: Look, between: Between) -> bool:
+def stays_inside(before: StepState, after: StepState, limit: TipLimit) -> bool:
     """Whether the tip stays inside during the whole motion, or from a start outside never gets further out.
 
     On the chord between two positions a distance h apart the excess is at most (g₀ + g₁ + h) / 2, since it is Lipschitz
     continuous; a limit usually knows less.
-
-    Args:
-        look: of a position (3,); between: the limit's own bound in mm of the excess on a chord.
     """
+    look = limit.look
     first, last = look(before.tip.position), look(after.tip.position)
     allowed = max(first.excess, -RESERVE_MM)
     if not last.excess <= allowed:  # NaN is refused as well
@@ -106,7 +126,7 @@ def stays_inside(before: StepState, after: StepState, look: Look, between: Betwe
     while waiting:
         i, j, one, two = waiting.pop()
         lipschitz = 0.5 * (one.excess + two.excess + float(np.linalg.norm(two.at - one.at)))
-        if min(between(one, two), lipschitz) + sag * ((j - i) / grid) ** 2 <= most:
+        if min(limit.between(one, two), lipschitz) + sag * ((j - i) / grid) ** 2 <= most:
             continue
         if j - i == 1:
             return False
