@@ -10,9 +10,10 @@ from rest_client import Client, opened_client
 from sqlalchemy import delete, insert, select
 
 from app.cases.files import CaseFiles
-from app.cases.model import CaseContent
+from app.cases.model import HEAD_PHANTOM, CaseContent
 from app.cases.overlays import Overlays
 from app.cases.service import Case, CaseFrame, CaseService
+from app.planning.rehearsal_options import NO_OPTIONS
 from app.plans import shipped_head as embedded
 from app.plans.service import PlanService
 from app.services import Services, build_services
@@ -94,6 +95,8 @@ def phantom_services(shared_phantom: Services) -> Iterator[Services]:
         for table in tables:
             if found[table]:
                 session.execute(insert(table), found[table])
+    for plan in shared_phantom.plans.list(HEAD_PHANTOM):
+        shared_phantom.rehearsal_options.choose(plan.id, NO_OPTIONS)
 
 
 @pytest.fixture(scope="module")
