@@ -7,7 +7,8 @@ from pathlib import Path
 
 from app.commands.counts import natural, positive
 from app.commands.head_options import add_file_options
-from app.commands.rehearse_freehand import MODES
+from app.commands.rehearse_freehand import MODES, check_options
+from vfix_engine.errors import InputError
 from vfix_engine.worlds.rigid.presets import PRESETS
 
 
@@ -49,3 +50,14 @@ def add_arguments(parser: argparse.ArgumentParser, operators: tuple[str, ...]) -
     parser.add_argument("--seed", type=natural, default=0, help="of the pushing hand, or the free one")
     parser.add_argument("--record", type=Path, metavar="FILE.csv", help="keep every step")
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
+
+
+def check_arguments(args: argparse.Namespace) -> None:
+    """Refuse arguments that do not go together. Raises InputError."""
+    if args.free and (args.operator != "pushing" or args.task != "path"):
+        raise InputError("--free goes with --operator pushing: the other jobs need the path")
+    if args.preset is not None and (args.soft_tissue or args.speed_limit):
+        raise InputError("--preset goes without --soft-tissue and --speed-limit, which the papers do not have")
+    if args.preset is not None and (args.free or args.view_distance is not None):
+        raise InputError("--preset goes without --free and --view-distance, which would change its parameters")
+    check_options(args)

@@ -77,6 +77,8 @@ def drive_freehand(
     guide = Guide.of(scene.path, dry)
     up_to = f"the plan shows the tool up to {dry.s.max():.1f} mm of the path: {dry.reason}"
     notes = [] if dry.completed else [up_to]
+    if scene.fixtures:
+        notes.append("soft zones of the plan do nothing to a free hand")
     person = PursuitOperator(guide, Person.exact() if args.steady else Person(), scene.tool, settings, args.seed)
     say_notes([UNCERTIFIED, *notes])
     errors, least, held, approach = [], np.inf, 0, 0
