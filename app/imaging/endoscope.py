@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import threading
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import BinaryIO
@@ -26,6 +27,7 @@ from vfix_engine.files.volume import Volume
 from vfix_engine.progress import ProgressCallback
 
 AROUND_MM = 10.0  # of a path and its targets, that a finer CT of a case must hold to be used
+_MAKING = threading.Lock()  # one surface at a time: each takes up to a gigabyte
 _SURFACE, _LIT = 0.2, 0.9  # fractions of the time until each stage, on the nose of the synthetic head
 
 
@@ -45,6 +47,10 @@ class EndoscopeSurface(DerivedOfCt[EndoscopeFile]):
         return None if self._volume is None else self._cases.volume(case, self._volume.name)
 
     def find(self, volume: Volume, progress: ProgressCallback) -> EndoscopeFile:
+        with _MAKING:
+            return self._found(volume, progress)
+
+    def _found(self, volume: Volume, progress: ProgressCallback) -> EndoscopeFile:
         surface = air_surface(volume, self._box, progress=lambda stage, share: progress(stage, _SURFACE * share))
         light = mucosa.openness(
             surface, progress=lambda stage, share: progress(stage, _SURFACE + (_LIT - _SURFACE) * share)

@@ -59,6 +59,12 @@ def test_where_there_is_no_air_it_says_so() -> None:
         air_surface(solid, BOX + 100.0)
 
 
+def test_a_box_of_more_voxels_than_a_machine_holds_is_refused_before_any_is_made() -> None:
+    wide = Volume(np.zeros((20, 20, 20), np.int16), np.zeros(3), np.full(3, 20.0), np.eye(3))
+    with pytest.raises(ImageError, match="too far apart"):
+        air_surface(wide, np.array([[0.0, 0.0, 0.0], [380.0, 380.0, 380.0]]))
+
+
 def test_the_box_holds_path_and_targets_and_stays_while_they_are_edited_a_little() -> None:
     places = np.array([[5.0, -14.0, -6.0], [3.0, 65.0, 27.4]])
     low, high = box_about(places)

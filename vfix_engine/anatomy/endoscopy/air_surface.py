@@ -7,6 +7,7 @@ are. The surface is open where its box or the scan ends.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,7 @@ BLUR_MM = 0.4  # standard deviation of the blur
 FINE_MM = 0.5  # coarser voxels are interpolated to this size first
 BEYOND_MM = 25.0  # of a path and its targets, that the box holds at least
 CORNER_STEP_MM = 20.0  # corners of the box are multiples: a path that is edited mostly keeps its box
+MOST_VOXELS = 50_000_000  # of the box at that size: 180 mm on each side, which takes about a gigabyte
 _LEAST_TRIANGLES = 300  # smaller components are noise
 _MARGIN_VOXELS = 3  # around the box, for the blur and the gradient
 _NO_AIR = "this part of the CT shows no air against tissue, so an endoscope sees nothing there."
@@ -55,7 +57,7 @@ def air_surface(
     """Extract the surface within a box (2, 3) in LPS mm, with about so many triangles at most; None: with all.
 
     Raises:
-        ImageError: there is no air against tissue in the box.
+        ImageError: there is no air against tissue in the box, or it has more than `MOST_VOXELS` of `FINE_MM`.
     """
     progress("Reading the CT about the path", 0.0)
     fine = _blurred(_finer(_cropped(volume, box)))
@@ -90,6 +92,8 @@ def _finer(volume: Volume) -> Volume:
     wanted = np.where(
         volume.spacing > FINE_MM * 1.001, np.ceil((counts - 1) * volume.spacing / FINE_MM).astype(int) + 1, counts
     )
+    if math.prod(wanted.tolist()) > MOST_VOXELS:
+        raise ImageError("path and targets are too far apart for one picture; delete targets far from the path.")
     if (wanted == counts).all():
         return volume
     factors = tuple(float(factor) for factor in (wanted / counts)[::-1])
