@@ -99,9 +99,9 @@ export default class RegisterPanel {
     return null;
   }
 
-  /** Whether somebody types or chooses in the open step, or holds a button: nothing moves under the hand. */
+  /** Whether somebody types or chooses in an open part, or holds a button: nothing moves under the hand. */
   isBusy() {
-    return Boolean(this.steps.element.querySelector(".step-body :is(input, select):focus, button:active"));
+    return Boolean(this.element.querySelector(".step-body :is(input, select):focus, button:active"));
   }
 
   /**
