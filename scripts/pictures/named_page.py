@@ -57,7 +57,7 @@ class NamedPage:
 
     def heading(self, title: str) -> Locator:
         """Return a visible heading by its text; that of a step says whether the step is done."""
-        named = re.compile(rf"^{re.escape(title)}(, done)?$")
+        named = re.compile(rf"^{re.escape(title)}(\s*, done)?$")
         return self._seen(f"the heading {title!r}", self.page.get_by_role("heading", name=named))
 
     def unfold(self, title: str) -> None:
