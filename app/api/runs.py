@@ -26,7 +26,7 @@ class RunFilePublic(BaseModel):
 class RunTitle(BaseModel):
     """A run; ticks: number of recorded steps, lost: number of steps that were not recorded.
 
-    mode: control mode 'freehand', 'hands-on' or 'teleoperated', 'mixed' where it was changed on the way, null for a snake.
+    mode: 'freehand', 'hands-on' or 'teleoperated', 'mixed' where it was changed on the way, null for a snake.
     whole is false, and ticks and lost are null, for an interrupted run.
     pierced: what the tool pierced while it was driven; null where that was not measured.
     """
@@ -50,7 +50,8 @@ class RunTitle(BaseModel):
         """The fields of a stored run."""
         end = run.end or {}
         files = {name: vars(file) for name, file in run.files.items()}
-        told = {"world": run.world, "mode": run.mode, "whole": run.whole, "ticks": end.get("ticks"), "lost": end.get("lost")}
+        told = {"world": run.world, "mode": run.mode, "whole": run.whole}
+        told |= {"ticks": end.get("ticks"), "lost": end.get("lost")}
         return {**vars(run), **told, "files": files}
 
 

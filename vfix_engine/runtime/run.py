@@ -2,8 +2,8 @@
 
 A folder NAME with
 
-- ``manifest.json``: schema, world, control mode, device and preset, spec, hashes, settings, seed, versions, columns with
-  units;
+- ``manifest.json``: schema, world, control mode, device and preset, spec, hashes, settings, seed, versions, columns
+  with units;
 - ``spec.npz``: the spec's arrays;
 - ``ticks.f64``: for every step the applied command, then the system's row, float64, little-endian;
 - ``events.jsonl``: one event per line: a request or an adoption, and the number of ticks before it;
