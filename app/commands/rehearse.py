@@ -35,6 +35,7 @@ from vfix_engine.anatomy.soft_tissue import tissue_passed
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.frames import ImageRegistration
+from vfix_engine.runtime.control_mode import Control
 from vfix_engine.runtime.system import Column, SystemSpec
 from vfix_engine.worlds.freehand.spec import FreehandSpec
 from vfix_engine.worlds.freehand.system import FreehandSystem
@@ -187,7 +188,7 @@ def _recorded(
 
     try:
         seed = args.seed if args.operator == "pushing" or args.mode == "freehand" else None
-        return RecordedRun(services, spec, columns, seed)
+        return RecordedRun(services, spec, columns, seed, Control(args.mode), args.preset)
     except (OSError, VfixError) as error:
         say_notes([f"the run is not recorded: {error}"])
         return None
