@@ -28,6 +28,7 @@ from vfix_engine.error_places import error_kind
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.json_text import parse_json
 from vfix_engine.runtime.run import END, EVENTS, MANIFEST, PART, SIDEWAYS, SPEC, TICKS
+from vfix_engine.worlds.registry import WORLDS
 
 _LOG = logging.getLogger(__name__)
 
@@ -72,6 +73,17 @@ class StoredRun:
     def world(self) -> str:
         """'rigid', 'freehand', 'snake' or 'snake drive'."""
         return str(self.manifest.get("world", ""))
+
+    @property
+    def mode(self) -> str | None:
+        """'hands-on', 'freehand' or 'teleoperated'; None for a snake. Earlier versions did not record it."""
+        by_world = {"rigid": "hands-on", "freehand": "freehand"}
+        return self.manifest.get("mode") or by_world.get(self.world)
+
+    @property
+    def certified(self) -> bool:
+        """Whether every motion of its world is certified."""
+        return self.world in WORLDS and WORLDS[self.world].certified
 
     @property
     def whole(self) -> bool:
