@@ -123,9 +123,7 @@ class _World(NamedTuple):
     drive: Callable[[RecordedRun | None], dict[str, Any]]
 
 
-def _world(
-    scene: Scene, settings: ControlSettings, args: argparse.Namespace, poses: Poses
-) -> _World:
+def _world(scene: Scene, settings: ControlSettings, args: argparse.Namespace, poses: Poses) -> _World:
     """A free hand, or a hand on the robot."""
     kept = SceneSpec.of(scene)
     if args.mode == "freehand":
