@@ -35,7 +35,7 @@ from vfix_engine.anatomy.soft_tissue import tissue_passed
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.frames import ImageRegistration
-from vfix_engine.runtime.control_mode import Control
+from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.system import Column, SystemSpec
 from vfix_engine.worlds.freehand.spec import FreehandSpec
 from vfix_engine.worlds.freehand.system import FreehandSystem
@@ -80,8 +80,9 @@ def run(args: argparse.Namespace) -> int:
     scene, settings, obstacle, held_by, dropped = build_scene(case, plan, args, robots, registration)
     say_notes(dropped)
     report = {"case": case.name, "plan": plan.name, "operator": args.operator, "task": args.task}
-    report |= {"robot": scene.robot.name, "tool": scene.tool.name}
-    if args.preset is not None:
+    control = _control(args)
+    report |= control.labels() | {"preset": args.preset, "robot": scene.robot.name, "tool": scene.tool.name}
+    if args.preset is not None and args.mode != FREEHAND:
         report |= PRESETS[args.preset].report()
     if scene.robot.notes:
         report["robot_notes"] = list(scene.robot.notes)
@@ -131,7 +132,7 @@ def _world(
 ) -> _World:
     """A free hand, or a hand on the robot."""
     kept = SceneSpec.of(scene)
-    if args.mode == "freehand":
+    if args.mode == FREEHAND:
         rated = at_hand_rate(settings)
         hand = FreehandSystem(scene, rated)
         drive = partial(drive_freehand, hand, args, poses.add)
@@ -187,8 +188,8 @@ def _recorded(
     from app.commands.recorded_run import RecordedRun
 
     try:
-        seed = args.seed if args.operator == "pushing" or args.mode == "freehand" else None
-        return RecordedRun(services, spec, columns, seed, Control(args.mode), args.preset)
+        seed = args.seed if args.operator == "pushing" or args.mode == FREEHAND else None
+        return RecordedRun(services, spec, columns, seed, _control(args), args.preset)
     except (OSError, VfixError) as error:
         say_notes([f"the run is not recorded: {error}"])
         return None
@@ -198,7 +199,7 @@ def _rehearse(
     rehearsal: Rehearsal, args: argparse.Namespace, poses: Poses, recorded: RecordedRun | None, ways: Ways | None
 ) -> dict[str, Any]:
     if args.record is None:
-        return _drive(HeadlessRun(rehearsal, poses.add, recorded, args.approach, _servo(args)), args)
+        return _drive(_headless(rehearsal, poses.add, recorded, args), args)
     try:
         with CsvRecorder(args.record, ways) as recorder:
 
@@ -206,14 +207,22 @@ def _rehearse(
                 recorder.add(snapshot)
                 poses.add(snapshot)
 
-            return _drive(HeadlessRun(rehearsal, keep, recorded, args.approach, _servo(args)), args)
+            return _drive(_headless(rehearsal, keep, recorded, args), args)
     except OSError as error:
         raise InputError(f"the recording {args.record} cannot be written: {error.strerror}") from error
 
 
-def _servo(args: argparse.Namespace) -> ServoWatch | None:
-    """What measures the poses between the set points of a preset's outer loop."""
-    return None if args.preset is None else ServoWatch()
+def _headless(
+    rehearsal: Rehearsal, keep: Callable[[RigidSnapshot], None], recorded: RecordedRun | None, args: argparse.Namespace
+) -> HeadlessRun:
+    """The drive of a robot; with a preset its poses between the set points of the outer loop are measured too."""
+    servo = None if args.preset is None else ServoWatch()
+    return HeadlessRun(rehearsal, keep, recorded, args.approach, servo, _control(args))
+
+
+def _control(args: argparse.Namespace) -> Control:
+    """Mode and device that are asked for."""
+    return Control(args.mode, args.device or "position")
 
 
 def _follow(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
@@ -248,7 +257,8 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
         {"name": zone.name, "margin_mm": zone.margin_mm, "min_distance_mm": least}
         for zone, least in zip(run.rehearsal.controller.zones, run.least_of_zones, strict=True)
     ]
-    figures = run.tally.report() | {"margin_mm": settings.margin_mm, "path_length_mm": length}
+    figures = {"time_s": run.tally.steps * settings.dt_s, "certified": True} | run.tally.report()
+    figures |= {"margin_mm": settings.margin_mm, "path_length_mm": length}
     rooms = zip(run.limits, run.least_rooms, strict=True)
     limits = [{"name": limit.words, "least_room_mm": least} for limit, least in rooms]
     if run.servo is not None:

@@ -1745,6 +1745,10 @@ export interface Commands {
     locked: boolean;
     revision?: number | null;
   };
+  "master": {
+    position: [number, number, number];
+    clutch: boolean;
+  };
   "opening.use": {
     opening_id: string;
   };
@@ -1862,6 +1866,9 @@ export interface Commands {
   "project": {
     points: [number, number, number][];
   };
+  "rate": {
+    axes: [number, number, number, number, number, number];
+  };
   "redo": {
     revision?: number | null;
   };
@@ -1945,6 +1952,10 @@ export interface Commands {
   };
   "registration.use": {
     used: boolean;
+  };
+  "rehearsal.control": {
+    mode: "freehand" | "hands-on" | "teleoperated";
+    device?: "position" | "rate";
   };
   "rehearsal.end": {};
   "rehearsal.let_go": {};
