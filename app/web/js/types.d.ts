@@ -1761,6 +1761,10 @@ export interface Commands {
     locked: boolean;
     revision?: number | null;
   };
+  "master": {
+    position: [number, number, number];
+    clutch: boolean;
+  };
   "opening.use": {
     opening_id: string;
   };
@@ -1878,6 +1882,9 @@ export interface Commands {
   "project": {
     points: [number, number, number][];
   };
+  "rate": {
+    axes: [number, number, number, number, number, number];
+  };
   "redo": {
     revision?: number | null;
   };
@@ -1961,6 +1968,10 @@ export interface Commands {
   };
   "registration.use": {
     used: boolean;
+  };
+  "rehearsal.control": {
+    mode: "freehand" | "hands-on" | "teleoperated";
+    device?: "position" | "rate";
   };
   "rehearsal.end": {};
   "rehearsal.let_go": {};
