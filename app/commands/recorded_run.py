@@ -11,6 +11,7 @@ from app.services import Services
 from vfix_engine.anatomy.piercing import Ways
 from vfix_engine.arrays import Array
 from vfix_engine.errors import VfixError
+from vfix_engine.runtime.control_mode import Control
 from vfix_engine.runtime.run import RunWriter
 from vfix_engine.runtime.system import Column, SystemSpec
 
@@ -18,11 +19,19 @@ from vfix_engine.runtime.system import Column, SystemSpec
 class RecordedRun:
     """Records the run of one drive. A disk error ends the recording with a message; the drive continues."""
 
-    def __init__(self, services: Services, spec: SystemSpec, columns: tuple[Column, ...], seed: int | None) -> None:
-        """Raises StorageError where the folder is not writable."""
+    def __init__(
+        self,
+        services: Services,
+        spec: SystemSpec,
+        columns: tuple[Column, ...],
+        seed: int | None,
+        control: Control | None = None,
+        preset: str | None = None,
+    ) -> None:
+        """control, preset: as of ``RunWriter``. Raises StorageError where the folder is not writable."""
         self._services = services
         self._folder = services.runs.new_folder()
-        self._writer: RunWriter | None = RunWriter(self._folder, spec, columns, seed)
+        self._writer: RunWriter | None = RunWriter(self._folder, spec, columns, seed, control, preset)
 
     def tick(self, line: Array) -> None:
         if self._writer is not None:

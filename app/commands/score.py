@@ -5,20 +5,14 @@ from __future__ import annotations
 import argparse
 import json
 from dataclasses import asdict
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from app.commands.counts import natural
+from app.commands.found_runs import FoundRun, find_run, optional_services
 from app.commands.rehearse_errors import add_error_arguments, chain_of, registered_content
-from app.extras import has_app, need_app
-from app.services import Services, build_services
-from app.settings import Settings
-from vfix_engine.runtime.run import Run
+from app.services import Services
 from vfix_engine.study.metrics import score_run
 from vfix_engine.worlds.registry import spec_of
-
-if TYPE_CHECKING:
-    from app.registration.document import RegistrationContent
 
 NOTICE = "Not for clinical use."
 
@@ -34,8 +28,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Score every run. Raises VfixError for one that is not there or cannot be scored; then nothing is printed."""
-    services = build_services(Settings.from_environment()) if has_app() else None
-    scores = [_scored(services, name, args) for name in args.runs]
+    services = optional_services()
+    scores = [_scored(services, find_run(services, name), args) for name in args.runs]
     if args.json:
         print(json.dumps({"runs": scores, "notice": NOTICE}, allow_nan=False))
     else:
@@ -45,31 +39,16 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _scored(services: Services | None, name: str, args: argparse.Namespace) -> dict[str, Any]:
-    """The score of a run, and what it is of where it is stored."""
-    folder = Path(name)
-    if folder.is_dir():
-        of = {"run": name, "case": None, "plan": None, "recorded": None}
-        return of | _score(Run.read(folder), args, None, "")
-    if services is None:
-        raise need_app("A stored run")
-    stored = services.runs.get(name)
-    registered = registered_content(services, stored.plan_id)
-    with services.runs.laid_out(name) as place:
-        score = _score(Run.read(place), args, registered, stored.case_id or "")
-    return {"run": name, "case": stored.case_id, "plan": stored.plan_id, "recorded": stored.recorded} | score
-
-
-def _score(run: Run, args: argparse.Namespace, registered: RegistrationContent | None, case_id: str) -> dict[str, Any]:
-    """The score itself; with `--errors` the error chain, and ``true_error_mm`` of the path by its name there, too."""
-    spec = spec_of(run)
-    scene = getattr(spec, "scene", None)
-    chain = chain_of(args.errors, args.seed, getattr(scene, "path_points", None), registered, case_id)
-    score = score_run(run, spec, errors=chain)
+def _scored(services: Services | None, found: FoundRun, args: argparse.Namespace) -> dict[str, Any]:
+    """The score of a run, with the error chain, and ``true_error_mm`` of the path by its name there, too."""
+    spec, case, plan = spec_of(found.run), found.origin["case"], found.origin["plan"]
+    path = getattr(getattr(spec, "scene", None), "path_points", None)
+    chain = chain_of(args.errors, args.seed, path, registered_content(services, plan), case or "")
+    score = score_run(found.run, spec, errors=None if chain.empty else chain)
     told: dict[str, Any] = {"error_chain": chain.to_dict(), "true_error_mm": None}
     if score.path_error_mm is not None:
         told["true_error_mm"] = asdict(score.path_error_mm.true_frame)
-    return score.to_dict() | told
+    return found.origin | score.to_dict() | told
 
 
 def _print_for_people(score: dict[str, Any]) -> None:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, IndexArray
+from ...control import ControlSettings
 from ...errors import InputError
 from ...geometry.path import SplinePath
 from ...robots import Tool
@@ -28,8 +28,8 @@ class Samples:
         tool, negative where they overlap, cut at the boundary threshold.
     phase, outcome, target: (n,) as in the row; path_s: (n,) arc length nearest to the tip, -1 without a path.
     deflection: (n, 3) of the tip under the hand, which the controller has compensated; 0 without.
-    view_distance_mm: (n,) of the point that inspection holds on its target.
-    kept_mm, reach_mm: (n,) margin of the certificate and boundary threshold.
+    view_distance_mm: (n,) of the point that inspection holds on its target. settings: in force at each.
+    force: (n, 3) in N, of the hand, after the cap.
     structures: B ids, the anatomy first; tool, path, targets: of the spec.
     """
 
@@ -44,8 +44,8 @@ class Samples:
     path_s: Array
     deflection: Array
     view_distance_mm: Array
-    kept_mm: Array
-    reach_mm: Array
+    settings: tuple[ControlSettings, ...]
+    force: Array
     structures: tuple[str, ...]
     tool: Tool
     path: SplinePath | None
@@ -93,8 +93,8 @@ def samples_of(run: Run, spec: SystemSpec) -> Samples:
         path_s=rows[:, at["path_s"]],
         deflection=np.zeros((len(rows), 3)),
         view_distance_mm=np.array([one.view_distance_mm for one in settings]),
-        kept_mm=np.array([one.kept_mm for one in settings]),
-        reach_mm=np.array([one.reach_mm for one in settings]),
+        settings=tuple(settings),
+        force=rows[:, [at[f"force_{axis}"] for axis in _AXES]],
         structures=structures,
         tool=tool,
         path=None if scene.path_points is None else SplinePath(scene.path_points),
@@ -102,7 +102,7 @@ def samples_of(run: Run, spec: SystemSpec) -> Samples:
     )
 
 
-def _settings(run: Run, first_ones: Any, first: int) -> list[Any]:
+def _settings(run: Run, first_ones: ControlSettings, first: int) -> list[ControlSettings]:
     """The settings in force at every sample from ``first`` on; a return to the start brings back the first ones."""
     found, now, events = [], first_ones, list(run.events)
     for index in range(len(run.ticks)):
@@ -110,7 +110,7 @@ def _settings(run: Run, first_ones: Any, first: int) -> list[Any]:
             content = events.pop(0).content
             if isinstance(content, Reset):
                 now = first_ones
-            elif isinstance(content, SetSettings):
+            elif isinstance(content, SetSettings) and isinstance(content.settings, ControlSettings):
                 now = content.settings
         found.append(now)
     return found[first:]

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array
+from ...runtime.control_mode import HANDS_ON, MIXED
+from ...runtime.requests import SetControl
 from ...runtime.run import Run
 from ...runtime.system import SystemSpec
 from ..error_chain import ErrorChain, Sample, TrueTool
@@ -49,7 +51,6 @@ def true_frame(run: Run, spec: SystemSpec, samples: Samples, chain: ErrorChain) 
     follower = TrueTool(chain, scene.tool, scene.placed_robot() if on_robot else None)
     rows, held = run.rows[samples.first :], hand_on_robot(run)[samples.first :]
     at = {column.name: place for place, column in enumerate(run.columns)}
-    force = rows[:, [at[f"force_{axis}"] for axis in "xyz"]]
     joints = rows[:, [at[f"q{i}"] for i in range(len(scene.robot.joints))]] if on_robot else None
     found, clearance = [], samples.distance[:, 0].min(axis=1)
     for i, t in enumerate(rows[:, at["t"]].tolist()):
@@ -59,20 +60,26 @@ def true_frame(run: Run, spec: SystemSpec, samples: Samples, chain: ErrorChain) 
             None if joints is None else joints[i],
             samples.tip[i],
             samples.rotation[i],
-            force[i] if held[i] else None,
+            samples.force[i] if held[i] else None,
             samples.deflection[i],
         )
         truth = follower.at(sample)
         found.append((truth.believed, truth.true, truth.rotation))
         if not chain.empty:
-            clearance[i] = scene.tree.clearance(truth.segments, samples.reach_mm[i])
+            clearance[i] = scene.tree.clearance(truth.segments, samples.settings[i].reach_mm)
     believed, tip, rotation = (np.array(part) for part in zip(*found, strict=True))
-    return TrueFrame(believed, tip, rotation, clearance, samples.kept_mm)
+    return TrueFrame(believed, tip, rotation, clearance, np.array([one.kept_mm for one in samples.settings]))
 
 
 def hand_on_robot(run: Run) -> Array:
-    """(n,) whether a hand led the robot by its handle in each step."""
-    if run.manifest["world"] == "freehand" or run.manifest.get("mode") == "teleoperated":
-        return np.zeros(len(run.ticks), dtype=bool)
-    names = [name for name, _ in run.manifest["columns"]]
-    return np.asarray(run.ticks[:, names.index("master")] == 0.0)
+    """(n,) whether a hand led the robot by its handle in each step: hands-on, and not by a master.
+
+    What led a run of changed modes before the first change is what it was changed from.
+    """
+    master = run.ticks[:, [name for name, _ in run.manifest["columns"]].index("master")] != 0.0
+    changes = [(one.at, one.content.control) for one in run.events if isinstance(one.content, SetControl)]
+    hands_on = run.mode == HANDS_ON or (run.mode == MIXED and changes[0][1].mode != HANDS_ON)
+    held = np.full(len(run.ticks), hands_on)
+    for at, control in changes:
+        held[at:] = control.mode == HANDS_ON
+    return held & ~master
