@@ -17,6 +17,7 @@ import numpy as np
 from app.commands.head_options import say_notes, told_of_file
 from app.commands.recorded_run import RecordedRun
 from app.commands.rehearse_arguments import add_arguments, check_arguments
+from app.commands.rehearse_errors import Truths
 from app.commands.rehearse_freehand import at_hand_rate, drive_freehand
 from app.commands.rehearse_scene import build_scene, robots_of
 from app.exchange.resolve import (
@@ -84,7 +85,8 @@ def run(args: argparse.Namespace) -> int:
         report["robot_notes"] = list(scene.robot.notes)
     if held_by:
         report["standing"] = held_by
-    poses, ways = Poses(), plan_ways(case.scans, plan)
+    truths = Truths(args, services, plan, scene, settings.kept_mm)
+    poses, ways = Poses(truths.add), plan_ways(case.scans, plan)
     world = _world(scene, settings, args, poses)
     recorded = _recorded(services, world.spec, world.row_layout, args)
     try:
@@ -103,6 +105,7 @@ def run(args: argparse.Namespace) -> int:
         report["reason"] = report["reason"] or obstacle or "the tool no longer moves along the path"
     if notes:
         report["notes"] = list(notes)
+    report |= truths.report()
     report["soft_tissue"] = asdict(tissue_passed(case.scan(), poses.kept))
     report["pierced"] = asdict(PiercedReport.of(pierced_by_poses(ways, poses.kept)))
     unknown = "" if case.uncertainty.voxel_mm else f"{case.uncertainty.words()}; the margin has to cover that"
@@ -141,12 +144,14 @@ def _world(scene: Scene, settings: ControlSettings, args: argparse.Namespace, po
 
 
 class Poses:
-    """Poses of the tool in a drive, at least 0.5 mm apart, for `tissue_passed`."""
+    """Poses of the tool in a drive, at least 0.5 mm apart, for `tissue_passed`; ``also`` gets every snapshot."""
 
-    def __init__(self) -> None:
+    def __init__(self, also: Callable[[RigidSnapshot], None]) -> None:
         self.kept: list[tuple[float, np.ndarray, np.ndarray]] = []
+        self._also = also
 
     def add(self, snapshot: RigidSnapshot) -> None:
+        self._also(snapshot)
         ends = snapshot.segments_start, snapshot.segments_end
         if self.kept:
             moved = max(float(np.abs(new - old).max()) for new, old in zip(ends, self.kept[-1][1:], strict=True))
