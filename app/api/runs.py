@@ -26,6 +26,7 @@ class RunFilePublic(BaseModel):
 class RunTitle(BaseModel):
     """A run; ticks: number of recorded steps, lost: number of steps that were not recorded.
 
+    mode: 'freehand', 'hands-on' or 'teleoperated', 'mixed' where it was changed on the way, null for a snake.
     whole is false, and ticks and lost are null, for an interrupted run.
     pierced: what the tool pierced while it was driven; null where that was not measured.
     """
@@ -35,6 +36,7 @@ class RunTitle(BaseModel):
     plan_id: str | None
     origin: RunOrigin
     world: str
+    mode: str | None
     recorded: str
     size_bytes: int
     whole: bool
@@ -48,7 +50,8 @@ class RunTitle(BaseModel):
         """The fields of a stored run."""
         end = run.end or {}
         files = {name: vars(file) for name, file in run.files.items()}
-        told = {"world": run.world, "whole": run.whole, "ticks": end.get("ticks"), "lost": end.get("lost")}
+        told = {"world": run.world, "mode": run.mode, "whole": run.whole}
+        told |= {"ticks": end.get("ticks"), "lost": end.get("lost")}
         return {**vars(run), **told, "files": files}
 
 

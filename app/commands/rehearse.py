@@ -33,8 +33,9 @@ from app.settings import Settings
 from vfix_engine.anatomy.head_import import HeadRequest
 from vfix_engine.anatomy.soft_tissue import tissue_passed
 from vfix_engine.control import ControlSettings
-from vfix_engine.errors import InputError, VfixError
+from vfix_engine.errors import VfixError
 from vfix_engine.frames import ImageRegistration
+from vfix_engine.runtime.control_mode import Control
 from vfix_engine.runtime.system import Column, SystemSpec
 from vfix_engine.worlds.freehand.spec import FreehandSpec
 from vfix_engine.worlds.freehand.system import FreehandSystem
@@ -122,9 +123,7 @@ class _World(NamedTuple):
     drive: Callable[[RecordedRun | None], dict[str, Any]]
 
 
-def _world(
-    scene: Scene, settings: ControlSettings, args: argparse.Namespace, poses: Poses
-) -> _World:
+def _world(scene: Scene, settings: ControlSettings, args: argparse.Namespace, poses: Poses) -> _World:
     """A free hand, or a hand on the robot."""
     kept = SceneSpec.of(scene)
     if args.mode == "freehand":
@@ -177,17 +176,15 @@ def _registered(services: Services | None, plan: Plan) -> tuple[Plan, ImageRegis
 def _recorded(
     services: Services | None, spec: SystemSpec, columns: tuple[Column, ...], args: argparse.Namespace
 ) -> RecordedRun | None:
-    """The recorder of the run; None without a writable store, where none is asked for with --record."""
-    if services is None and args.record is None:
-        return None
-    try:
-        seed = args.seed if args.operator == "pushing" or args.mode == "freehand" else None
-        return RecordedRun(services, spec, columns, seed)
-    except (OSError, VfixError) as error:
-        if args.record is not None:
-            raise InputError(f"the run cannot be recorded: {error}") from error
-        say_notes([f"the run is not recorded: {error}"])
-        return None
+    """The recorder of the run; None without a writable store, unless --record asks for a run that is not stored."""
+    seed = args.seed if args.operator == "pushing" or args.mode == "freehand" else None
+    labels = (seed, Control(args.mode), args.preset)
+    if services is not None:
+        try:
+            return RecordedRun(services, spec, columns, *labels)
+        except (OSError, VfixError) as error:
+            say_notes([f"the run is not recorded: {error}"])
+    return None if args.record is None else RecordedRun(None, spec, columns, *labels)
 
 
 def _servo(args: argparse.Namespace) -> ServoWatch | None:

@@ -27,6 +27,7 @@ from app.store.models import CaseRow, DocumentRow, RunRow
 from vfix_engine.error_places import error_kind
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.json_text import parse_json
+from vfix_engine.runtime.control_mode import run_mode
 from vfix_engine.runtime.run import END, EVENTS, MANIFEST, PART, SIDEWAYS, SPEC, TICKS
 from vfix_engine.worlds.registry import WORLDS
 
@@ -76,9 +77,8 @@ class StoredRun:
 
     @property
     def mode(self) -> str | None:
-        """'hands-on', 'freehand' or 'teleoperated'; None for a snake. Earlier versions did not record it."""
-        by_world = {"rigid": "hands-on", "freehand": "freehand"}
-        return self.manifest.get("mode") or by_world.get(self.world)
+        """'freehand', 'hands-on' or 'teleoperated', 'mixed' where it was changed on the way; None for a snake."""
+        return run_mode(self.manifest)
 
     @property
     def certified(self) -> bool:

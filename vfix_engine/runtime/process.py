@@ -25,6 +25,7 @@ from ..error_places import error_places
 from ..errors import ControlError, VfixError
 from ..validate import FARTHEST_MM
 from .background import NoWorker, WorkerLink, Workers, work
+from .control_mode import Control
 from .driver import Driver
 from .events import Event
 from .hand import INPUT_BYTES, HandInput
@@ -59,9 +60,17 @@ class ControlProcess(Generic[T]):
         spec: of the system; T is the type of its snapshots.
         real_time: use a real-time priority while the operator drives, if the system permits it.
         record: folder to which the whole run is written; None: no recording.
+        control: mode and device at the start; None: those of the world. preset: name in the run's manifest.
     """
 
-    def __init__(self, spec: SystemSpec, real_time: bool = True, record: Path | None = None):
+    def __init__(
+        self,
+        spec: SystemSpec,
+        real_time: bool = True,
+        record: Path | None = None,
+        control: Control | None = None,
+        preset: str | None = None,
+    ):
         self._lock = threading.Lock()
         self._starting = threading.Lock()  # acquired before _lock; start and close never run concurrently
         self._out, self._in = Mailbox.create(snapshot_bytes(spec.snapshot_numbers)), Mailbox.create(INPUT_BYTES)
@@ -76,7 +85,9 @@ class ControlProcess(Generic[T]):
             self._worker = context.Process(target=_work, args=(spec, to_control), name="vfix-worker", daemon=True)
         self._ring = Ring.memory()
         self._readers: WeakSet[RowReader] = WeakSet()
-        self._recorder = None if record is None else RunRecorder(record, spec, context.Pipe(), self._ring)
+        self._recorder = None
+        if record is not None:
+            self._recorder = RunRecorder(record, spec, context.Pipe(), self._ring, control, preset)
         log = FarEnd(self._ring.name, None if self._recorder is None else self._recorder.far)
         self._process = context.Process(
             target=_main,

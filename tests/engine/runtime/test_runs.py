@@ -11,9 +11,10 @@ import pytest
 
 from tests.engine.tiny import Jump, TinySettings, TinySpec, halved
 from vfix_engine.errors import ControlError, InputError
-from vfix_engine.runtime import Command, Master, Reset, SetSettings, Straighten
+from vfix_engine.runtime import Command, Control, Master, Reset, SetControl, SetSettings, Straighten
 from vfix_engine.runtime.background import InlineWorker
 from vfix_engine.runtime.command import COMMAND_SIZE, command_from_row, command_to_row
+from vfix_engine.runtime.control_mode import run_mode
 from vfix_engine.runtime.driver import Driver
 from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import PART, SIDEWAYS, Run, RunWriter
@@ -61,6 +62,35 @@ def test_a_run_comes_back_as_it_was(tmp_path: Path) -> None:
         run.column("y")
     with pytest.raises(InputError, match="exists already"):
         drive(tmp_path / "one.run")
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ((), ("hands-on", None)),
+        (((0, Control("teleoperated", "rate")),), ("teleoperated", "rate")),
+        (((0, Control("teleoperated")), (3, Control("teleoperated", "rate"))), ("mixed", None)),
+        (((2, Control("hands-on", "rate")),), ("hands-on", None)),
+        (((2, Control("teleoperated")), (3, Control("hands-on"))), ("mixed", None)),
+    ],
+)
+def test_the_manifest_says_the_mode_that_was_driven(
+    tmp_path: Path, changes: tuple[tuple[int, Control], ...], told: tuple[str, str | None]
+) -> None:
+    writer = RunWriter(tmp_path / "run", SPEC, SPEC.build().row_layout, control=Control(), preset="li2004")
+    for at, control in changes:
+        writer.event_at(at, "request", SetControl(control))
+    writer.close()
+    run = Run.read(tmp_path / "run")
+    assert (run.mode, run.manifest["device"], run.manifest["preset"]) == (*told, "li2004")
+
+
+def test_runs_of_before_have_the_mode_of_their_world() -> None:
+    assert [run_mode({"world": world}) for world in ("rigid", "freehand", "snake")] == ["hands-on", "freehand", None]
+    with pytest.raises(InputError, match="the control mode 'by wire' is not one of"):
+        Control("by wire")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="the device 'voice' is not one of"):
+        Control("teleoperated", "voice")  # type: ignore[arg-type]
 
 
 def test_a_replay_is_the_same_to_the_last_bit(tmp_path: Path) -> None:

@@ -14,7 +14,8 @@ from ...control import ControlSettings
 from ...control.tasks import PathPoint
 from ...errors import ControlError, InputError, StartRefused
 from ...runtime.command import Command
-from ...runtime.requests import Request, SetSettings, SetTask
+from ...runtime.control_mode import FREEHAND
+from ...runtime.requests import Request, SetControl, SetSettings, SetTask
 from ...runtime.system import Background, Column, Grip
 from ..rigid.command_values import array_of, share_of
 from ..rigid.scene import Scene
@@ -82,6 +83,8 @@ class FreehandSystem:
             if not isinstance(request.settings, ControlSettings):
                 raise InputError(f"a free tool is driven with ControlSettings, not with {request.settings!r:.60}")
             return replace(state, settings=request.settings)
+        if isinstance(request, SetControl) and request.control.mode == FREEHAND:
+            return state
         raise ControlError(f"a free tool cannot be asked to {type(request).__name__}")
 
     def _with_mode(self, state: FreehandState, mode: str, target: int = 0) -> FreehandState:

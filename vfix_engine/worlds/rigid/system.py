@@ -19,7 +19,8 @@ from ...errors import ControlError, InputError
 from ...geometry.vectors import length
 from ...kernels.triples import Triple, dot, minus, norm, over, plus, times, triple
 from ...runtime.command import Command
-from ...runtime.requests import Request, SetSettings, SetTask
+from ...runtime.control_mode import FREEHAND
+from ...runtime.requests import Request, SetControl, SetSettings, SetTask
 from ...runtime.system import Background, Column, Grip
 from .command_values import array_of, share_of
 from .hand_kernel import torque_about_tip, torque_about_view
@@ -118,6 +119,10 @@ class RigidSystem:
             return self.with_mode(state, request.task, request.target)
         if isinstance(request, ApproachPoint):
             return self.with_chosen(state, request.at_mm)
+        if isinstance(request, SetControl):
+            if request.control.mode == FREEHAND:
+                raise ControlError("a tool on a robot is not in a free hand; end this drive and start another one")
+            return replace(state, lag=ZEROS)
         if isinstance(request, SetSettings):
             settings = request.settings
             if not isinstance(settings, ControlSettings):
@@ -161,6 +166,10 @@ class RigidSystem:
             raise ControlError(f"the path has no point at {at_mm!r:.40} mm; it is {path.length:.1f} mm long")
         chosen = PathPoint.at(path, at_mm)
         return replace(state, phase="approach", nearest=chosen, chosen=chosen)
+
+    def measure(self, q: Array, velocity: Array, settings: ControlSettings) -> StepState:
+        """The tool at joints q (n,) and their velocity (n,), as recorded, unchecked. Raises InputError."""
+        return self._controller_of(settings).measure(q, velocity)
 
     def settings(self, state: RehearsalState) -> ControlSettings:
         return state.settings
