@@ -34,7 +34,7 @@ from app.settings import Settings
 from vfix_engine.anatomy.head_import import HeadRequest
 from vfix_engine.anatomy.soft_tissue import tissue_passed
 from vfix_engine.control import ControlSettings
-from vfix_engine.errors import InputError, VfixError
+from vfix_engine.errors import VfixError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.system import Column, SystemSpec
@@ -182,17 +182,15 @@ def _registered(services: Services | None, plan: Plan) -> tuple[Plan, ImageRegis
 def _recorded(
     services: Services | None, spec: SystemSpec, columns: tuple[Column, ...], args: argparse.Namespace
 ) -> RecordedRun | None:
-    """The recorder of the run; None without a writable store, where none is asked for with --record."""
-    if services is None and args.record is None:
-        return None
-    try:
-        seed = args.seed if args.operator == "pushing" or args.mode == FREEHAND else None
-        return RecordedRun(services, spec, columns, seed, _control(args), args.preset)
-    except (OSError, VfixError) as error:
-        if args.record is not None:
-            raise InputError(f"the run cannot be recorded: {error}") from error
-        say_notes([f"the run is not recorded: {error}"])
-        return None
+    """The recorder of the run; None without a writable store, unless --record asks for a run that is not stored."""
+    seed = args.seed if args.operator == "pushing" or args.mode == FREEHAND else None
+    labels = (seed, _control(args), args.preset)
+    if services is not None:
+        try:
+            return RecordedRun(services, spec, columns, *labels)
+        except (OSError, VfixError) as error:
+            say_notes([f"the run is not recorded: {error}"])
+    return None if args.record is None else RecordedRun(None, spec, columns, *labels)
 
 
 def _servo(args: argparse.Namespace) -> ServoWatch | None:
