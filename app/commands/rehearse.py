@@ -16,7 +16,7 @@ import numpy as np
 
 from app.commands.head_options import say_notes, told_of_file
 from app.commands.rehearse_arguments import add_arguments, check_arguments
-from app.commands.rehearse_freehand import at_hand_rate, drive_freehand
+from app.commands.rehearse_freehand import drive_freehand
 from app.commands.rehearse_scene import build_scene, robots_of
 from app.exchange.resolve import (
     resolve_case,
@@ -37,7 +37,7 @@ from vfix_engine.errors import InputError, VfixError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.system import Column, SystemSpec
-from vfix_engine.worlds.freehand.spec import FreehandSpec
+from vfix_engine.worlds.freehand.spec import FreehandSpec, of_free_hand
 from vfix_engine.worlds.freehand.system import FreehandSystem
 from vfix_engine.worlds.rigid.csv_recorder import CsvRecorder
 from vfix_engine.worlds.rigid.dry_run import STATION_MM
@@ -133,7 +133,7 @@ def _world(
     """A free hand, or a hand on the robot."""
     kept = SceneSpec.of(scene)
     if args.mode == FREEHAND:
-        rated = at_hand_rate(settings)
+        rated = of_free_hand(settings)
         hand = FreehandSystem(scene, rated)
         drive = partial(drive_freehand, hand, args, poses.add)
         return _World(FreehandSpec(kept, rated), hand.row_layout, drive)
