@@ -10,11 +10,12 @@ from collections.abc import Callable
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from app.commands.head_options import say_notes, told_of_file
+from app.commands.recorded_run import RecordedRun
 from app.commands.rehearse_arguments import add_arguments, check_arguments
 from app.commands.rehearse_freehand import drive_freehand
 from app.commands.rehearse_scene import build_scene, robots_of
@@ -30,7 +31,6 @@ from app.plans.model import Plan
 from app.services import Services, build_services
 from app.settings import Settings
 from vfix_engine.anatomy.head_import import HeadRequest
-from vfix_engine.anatomy.piercing import Ways
 from vfix_engine.anatomy.soft_tissue import tissue_passed
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError, VfixError
@@ -39,7 +39,6 @@ from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.system import Column, SystemSpec
 from vfix_engine.worlds.freehand.spec import FreehandSpec, of_free_hand
 from vfix_engine.worlds.freehand.system import FreehandSystem
-from vfix_engine.worlds.rigid.csv_recorder import CsvRecorder
 from vfix_engine.worlds.rigid.dry_run import STATION_MM
 from vfix_engine.worlds.rigid.headless import HeadlessRun
 from vfix_engine.worlds.rigid.presets import PRESETS
@@ -48,9 +47,6 @@ from vfix_engine.worlds.rigid.scene import Scene
 from vfix_engine.worlds.rigid.servo import ServoWatch
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
-
-if TYPE_CHECKING:  # a drive without a store keeps no run
-    from app.commands.recorded_run import RecordedRun
 
 NOTICE = "Not for clinical use."
 PUSHING_STEPS = 2000
@@ -89,7 +85,7 @@ def run(args: argparse.Namespace) -> int:
     if held_by:
         report["standing"] = held_by
     poses, ways = Poses(), plan_ways(case.scans, plan)
-    world = _world(scene, settings, args, poses, ways)
+    world = _world(scene, settings, args, poses)
     recorded = _recorded(services, world.spec, world.row_layout, args)
     try:
         report |= world.drive(recorded)
@@ -99,7 +95,8 @@ def run(args: argparse.Namespace) -> int:
             recorded.drop()
         raise
     if recorded is not None:
-        report["run"] = recorded.keep(case.id, plan.id if plan.revision else None, ways)  # a plan of a file has none
+        kept = recorded.keep(case.id, plan.id if plan.revision else None, ways, args.record)  # a file's plan has no id
+        report |= {} if services is None else {"run": kept}
     if obstacle:
         report["placing_reason"] = obstacle
     if not report["completed"]:
@@ -127,9 +124,7 @@ class _World(NamedTuple):
     drive: Callable[[RecordedRun | None], dict[str, Any]]
 
 
-def _world(
-    scene: Scene, settings: ControlSettings, args: argparse.Namespace, poses: Poses, ways: Ways | None
-) -> _World:
+def _world(scene: Scene, settings: ControlSettings, args: argparse.Namespace, poses: Poses) -> _World:
     """A free hand, or a hand on the robot."""
     kept = SceneSpec.of(scene)
     if args.mode == FREEHAND:
@@ -141,7 +136,7 @@ def _world(
     return _World(
         RigidSpec(kept, settings),
         rehearsal.system.row_layout,
-        lambda recorded: _rehearse(rehearsal, args, poses, recorded, ways),
+        lambda recorded: _drive(_headless(rehearsal, poses.add, recorded, args), args),
     )
 
 
@@ -182,34 +177,17 @@ def _registered(services: Services | None, plan: Plan) -> tuple[Plan, ImageRegis
 def _recorded(
     services: Services | None, spec: SystemSpec, columns: tuple[Column, ...], args: argparse.Namespace
 ) -> RecordedRun | None:
-    """The recorder of the run; None without a writable store."""
-    if services is None:
+    """The recorder of the run; None without a writable store, where none is asked for with --record."""
+    if services is None and args.record is None:
         return None
-    from app.commands.recorded_run import RecordedRun
-
     try:
         seed = args.seed if args.operator == "pushing" or args.mode == FREEHAND else None
         return RecordedRun(services, spec, columns, seed, _control(args), args.preset)
     except (OSError, VfixError) as error:
+        if args.record is not None:
+            raise InputError(f"the run cannot be recorded: {error}") from error
         say_notes([f"the run is not recorded: {error}"])
         return None
-
-
-def _rehearse(
-    rehearsal: Rehearsal, args: argparse.Namespace, poses: Poses, recorded: RecordedRun | None, ways: Ways | None
-) -> dict[str, Any]:
-    if args.record is None:
-        return _drive(_headless(rehearsal, poses.add, recorded, args), args)
-    try:
-        with CsvRecorder(args.record, ways) as recorder:
-
-            def keep(snapshot: RigidSnapshot) -> None:
-                recorder.add(snapshot)
-                poses.add(snapshot)
-
-            return _drive(_headless(rehearsal, keep, recorded, args), args)
-    except OSError as error:
-        raise InputError(f"the recording {args.record} cannot be written: {error.strerror}") from error
 
 
 def _headless(

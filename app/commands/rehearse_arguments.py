@@ -8,6 +8,7 @@ from pathlib import Path
 from app.commands.counts import natural, positive
 from app.commands.head_options import add_file_options
 from app.commands.rehearse_freehand import check_options
+from app.exchange.runs.export import WRITERS, check_target
 from vfix_engine.errors import InputError
 from vfix_engine.runtime.control_mode import DEVICES, MODES
 from vfix_engine.worlds.rigid.presets import PRESETS
@@ -52,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser, operators: tuple[str, ...]) -
     parser.add_argument("--steps", type=positive, help="steps of pushing, or of swinging in inspection")
     parser.add_argument("--free", action="store_true", help="pushing: no path fixture, k_tau = 1")
     parser.add_argument("--seed", type=natural, default=0, help="of the pushing hand, or the free one")
-    parser.add_argument("--record", type=Path, metavar="FILE.csv", help="keep every step")
+    parser.add_argument("--record", type=Path, metavar="FILE", help=f"export every step: {', '.join(WRITERS)}")
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
 
 
@@ -64,4 +65,6 @@ def check_arguments(args: argparse.Namespace) -> None:
         raise InputError("--preset goes without --soft-tissue and --speed-limit, which the papers do not have")
     if args.preset is not None and (args.free or args.view_distance is not None):
         raise InputError("--preset goes without --free and --view-distance, which would change its parameters")
+    if args.record is not None:
+        check_target(args.record)
     check_options(args)

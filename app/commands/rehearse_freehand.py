@@ -39,7 +39,6 @@ def check_options(args: argparse.Namespace) -> None:
         "--soft-tissue": args.soft_tissue,
         "--remote-centre": args.remote_centre is not None,
         "--speed-limit": args.speed_limit,
-        "--record": args.record is not None,
         "--approach": args.approach is not None,
         "--tube": args.tube is not None,
         "--margin": args.margin is not None,

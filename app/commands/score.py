@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import argparse
 import json
-from pathlib import Path
 from typing import Any
 
-from app.extras import has_app, need_app
-from app.services import Services, build_services
-from app.settings import Settings
-from vfix_engine.runtime.run import Run
+from app.commands.found_runs import find_run, optional_services
 from vfix_engine.study.metrics import score_run
 
 NOTICE = "Not for clinical use."
@@ -25,8 +21,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Score every run. Raises VfixError for one that is not there or cannot be scored; then nothing is printed."""
-    services = build_services(Settings.from_environment()) if has_app() else None
-    scores = [_scored(services, name) for name in args.runs]
+    services = optional_services()
+    found = (find_run(services, name) for name in args.runs)
+    scores = [one.origin | score_run(one.run).to_dict() for one in found]
     if args.json:
         print(json.dumps({"runs": scores, "notice": NOTICE}, allow_nan=False))
     else:
@@ -34,19 +31,6 @@ def run(args: argparse.Namespace) -> int:
             _print_for_people(score)
         print(NOTICE)
     return 0
-
-
-def _scored(services: Services | None, name: str) -> dict[str, Any]:
-    """The score of a run, and what it is of where it is stored."""
-    folder = Path(name)
-    if folder.is_dir():
-        return {"run": name, "case": None, "plan": None, "recorded": None} | score_run(Run.read(folder)).to_dict()
-    if services is None:
-        raise need_app("A stored run")
-    stored = services.runs.get(name)
-    with services.runs.laid_out(name) as place:
-        score = score_run(Run.read(place)).to_dict()
-    return {"run": name, "case": stored.case_id, "plan": stored.plan_id, "recorded": stored.recorded} | score
 
 
 def _print_for_people(score: dict[str, Any]) -> None:

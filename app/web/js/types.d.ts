@@ -1012,6 +1012,21 @@ export interface ToolSection {
   radii_mm: number[];
 }
 
+/**
+ * The tool's clearance to bone or to a protected structure; lengths in mm.
+ *
+ * at_least: it is farther away than clearances are measured, which is the value. soft: the tool may enter its layer,
+ * whose thickness is the margin. level: as in a verdict; 'blocked' where the tool is nearer than the margin.
+ */
+export interface NearnessView {
+  name: string;
+  clearance_mm: number;
+  margin_mm: number;
+  at_least: boolean;
+  soft: boolean;
+  level: "fits" | "tight" | "blocked";
+}
+
 export interface Hello {
   id?: number | null;
   type: "hello";
@@ -1626,6 +1641,7 @@ export interface ViewModel {
   instruments?: InstrumentsSection;
   jobs?: JobsSection;
   labels?: LabelView[];
+  nearness?: NearnessView[];
   openings?: OpeningsSection;
   options?: OptionsSection;
   painted?: LabelsSection;

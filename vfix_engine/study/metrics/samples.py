@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, IndexArray
+from ...control import ControlSettings
 from ...errors import InputError
 from ...geometry.path import SplinePath
 from ...robots import Tool
@@ -27,7 +27,8 @@ class Samples:
     tip, rotation: (n, 3) and (n, 3, 3), pose of the tip. distance: (n, B, S) from each structure to each part of the
         tool, negative where they overlap, cut at the boundary threshold.
     phase, outcome, target: (n,) as in the row; path_s: (n,) arc length nearest to the tip, -1 without a path.
-    view_distance_mm: (n,) of the point that inspection holds on its target.
+    view_distance_mm: (n,) of the point that inspection holds on its target. settings: in force at each.
+    force: (n, 3) in N, of the hand, after the cap.
     structures: B ids, the anatomy first; tool, path, targets: of the spec.
     """
 
@@ -41,6 +42,8 @@ class Samples:
     target: IndexArray
     path_s: Array
     view_distance_mm: Array
+    settings: tuple[ControlSettings, ...]
+    force: Array
     structures: tuple[str, ...]
     tool: Tool
     path: SplinePath | None
@@ -85,6 +88,8 @@ def samples_of(run: Run, spec: SystemSpec) -> Samples:
         target=rows[:, at["target"]].astype(np.int64),
         path_s=rows[:, at["path_s"]],
         view_distance_mm=np.array([one.view_distance_mm for one in settings]),
+        settings=tuple(settings),
+        force=rows[:, [at[f"force_{axis}"] for axis in _AXES]],
         structures=structures,
         tool=tool,
         path=None if scene.path_points is None else SplinePath(scene.path_points),
@@ -92,7 +97,7 @@ def samples_of(run: Run, spec: SystemSpec) -> Samples:
     )
 
 
-def _settings(run: Run, first_ones: Any, first: int) -> list[Any]:
+def _settings(run: Run, first_ones: ControlSettings, first: int) -> list[ControlSettings]:
     """The settings in force at every sample from ``first`` on; a return to the start brings back the first ones."""
     found, now, events = [], first_ones, list(run.events)
     for index in range(len(run.ticks)):
@@ -100,7 +105,7 @@ def _settings(run: Run, first_ones: Any, first: int) -> list[Any]:
             content = events.pop(0).content
             if isinstance(content, Reset):
                 now = first_ones
-            elif isinstance(content, SetSettings):
+            elif isinstance(content, SetSettings) and isinstance(content.settings, ControlSettings):
                 now = content.settings
         found.append(now)
     return found[first:]

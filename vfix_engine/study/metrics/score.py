@@ -9,20 +9,16 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array
-from ...errors import InputError
-from ...runtime.driver import Driver
-from ...runtime.replay import replay
 from ...runtime.run import Run
 from ...runtime.system import SystemSpec
 from ...validate import rigid_transform
 from ...worlds.registry import WORLDS, spec_of
-from ...worlds.rigid.row import OUTCOMES, PHASES
+from ...worlds.rigid.row import PHASES
+from .held import HELD, held_by
 from .samples import Samples, samples_of
 from .smoothness import filter_words, log_dimensionless_jerk, spectral_arc_length
 
 PATH_WINDOW_MM = 5.0  # the nearest point of the path is searched this far from the recorded one, on the same branch
-SAME_MM = 1e-9  # a replay that differs by more is of another arithmetic: its constraints are not the run's
-_HELD = OUTCOMES.index("held")
 _ON_PATH = [PHASES.index(name) for name in ("follow", "done")]
 _PATH = [PHASES.index("approach"), *_ON_PATH]
 _ON_TARGET = PHASES.index("inspect_hold")
@@ -83,7 +79,7 @@ class RunScore:
     path_length_mm, spectral_arc_length, log_dimensionless_jerk: of the tip after the approach; the last two None where
         they are not defined.
     least_clearance_mm: by structure, negative where it was entered; cut at the boundary threshold.
-    held_by: None where the run cannot be replayed.
+    held_by: None where a held step, made anew, ends at another pose, as with another version of the control.
     """
 
     world: str
@@ -136,7 +132,7 @@ def score_run(run: Run, spec: SystemSpec | None = None, transform_believed_to_tr
     rate = 1.0 / float(np.median(samples.period_s[task]))
     speed = _steps(samples.tip[task]) * rate
     contacts = contacts_of(samples)
-    held = samples.outcome == _HELD
+    held = samples.outcome == HELD
     return RunScore(
         world=world,
         mode=_mode(run, samples),
@@ -158,7 +154,7 @@ def score_run(run: Run, spec: SystemSpec | None = None, transform_believed_to_tr
             name: float(samples.distance[:, body].min()) for body, name in enumerate(samples.structures)
         },
         held_s=float(samples.period_s[held].sum()),
-        held_by=_held_by(run, spec, samples) if held.any() else (),
+        held_by=_held_by(run, spec, samples),
         target_error_mm=_target_error(samples, moved),
         angle_deg=_angle(samples),
     )
@@ -227,23 +223,13 @@ def _angle(samples: Samples) -> float | None:
 
 
 def _held_by(run: Run, spec: SystemSpec, samples: Samples) -> tuple[HeldTime, ...] | None:
-    """Time by constraint, the strongest of each held step; from a replay, as a row has no constraints."""
+    """Time by constraint, the strongest of each held step."""
     time: dict[tuple[str, str, str], float] = defaultdict(float)
-
-    def look(index: int, driver: Driver[Any]) -> None:
-        place = index - samples.first
-        if place >= 0 and samples.outcome[place] == _HELD:
-            snapshot = driver.system.snapshot(driver.state)
-            one = snapshot.blockers[0] if snapshot.blockers else None
-            key = ("end", "", "") if one is None else (one.kind, one.structure, one.part)
-            time[key] += float(samples.period_s[place])
-
-    try:
-        again = replay(run, spec, keep_states=False, each=look)
-    except InputError:  # lost steps, or another version's columns
-        return None
-    if not again.largest_difference <= SAME_MM:
-        return None
+    places = np.flatnonzero(samples.outcome == HELD)
+    for place, one in zip(places, held_by(run, spec, samples, places), strict=True):
+        if one is None:
+            return None
+        time[one.kind, one.structure, one.part] += float(samples.period_s[place])
     return tuple(HeldTime(*key, seconds) for key, seconds in sorted(time.items(), key=lambda item: -item[1]))
 
 

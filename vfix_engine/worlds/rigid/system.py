@@ -167,6 +167,10 @@ class RigidSystem:
         chosen = PathPoint.at(path, at_mm)
         return replace(state, phase="approach", nearest=chosen, chosen=chosen)
 
+    def measure(self, q: Array, velocity: Array, settings: ControlSettings) -> StepState:
+        """The tool at joints q (n,) and their velocity (n,), as recorded, unchecked. Raises InputError."""
+        return self._controller_of(settings).measure(q, velocity)
+
     def settings(self, state: RehearsalState) -> ControlSettings:
         return state.settings
 
