@@ -41,6 +41,8 @@ VERBS = (
     CliVerb("plan", "app.commands.plan", "list, import and export plans", needs_app=True),
     CliVerb("register", "app.commands.register", "how a CT lies on a patient: beads, fit, transforms", needs_app=True),
     CliVerb("rehearse", "app.commands.rehearse", "run a rehearsal without a page"),
+    CliVerb("run", "app.commands.run", "list, show, export and delete recorded runs"),
+    CliVerb("replay", "app.commands.replay", "drive a recorded run again, step by step"),
     CliVerb("score", "app.commands.score", "score recorded runs"),
     CliVerb("lumen", "app.commands.lumen", "drive a snake robot through a lumen"),
     CliVerb("bench", "app.commands.bench", "measure the engine on this machine"),

@@ -72,7 +72,8 @@ class HoldPublic(BaseModel):
 class ScorePublic(BaseModel):
     """The score of a run, see docs/metrics.md; lengths in mm, angles in degrees, times in s.
 
-    completed: the path was followed to its end. reach_mm: least distance at which a clearance is cut. holds: in the order of time.
+    completed: the path was followed to its end. reach_mm: least distance at which a clearance is cut.
+    holds: in the order of time.
     """
 
     world: str

@@ -10,12 +10,14 @@ from collections.abc import Callable
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from app.commands.head_options import say_notes, told_of_file
+from app.commands.recorded_run import RecordedRun
 from app.commands.rehearse_arguments import add_arguments, check_arguments
+from app.commands.rehearse_errors import Truths
 from app.commands.rehearse_freehand import at_hand_rate, drive_freehand
 from app.commands.rehearse_scene import build_scene, robots_of
 from app.exchange.resolve import (
@@ -30,16 +32,14 @@ from app.plans.model import Plan
 from app.services import Services, build_services
 from app.settings import Settings
 from vfix_engine.anatomy.head_import import HeadRequest
-from vfix_engine.anatomy.piercing import Ways
 from vfix_engine.anatomy.soft_tissue import tissue_passed
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.frames import ImageRegistration
-from vfix_engine.runtime.control_mode import Control
+from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.system import Column, SystemSpec
 from vfix_engine.worlds.freehand.spec import FreehandSpec
 from vfix_engine.worlds.freehand.system import FreehandSystem
-from vfix_engine.worlds.rigid.csv_recorder import CsvRecorder
 from vfix_engine.worlds.rigid.dry_run import STATION_MM
 from vfix_engine.worlds.rigid.headless import HeadlessRun
 from vfix_engine.worlds.rigid.presets import PRESETS
@@ -48,9 +48,6 @@ from vfix_engine.worlds.rigid.scene import Scene
 from vfix_engine.worlds.rigid.servo import ServoWatch
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
-
-if TYPE_CHECKING:  # a drive without a store keeps no run
-    from app.commands.recorded_run import RecordedRun
 
 NOTICE = "Not for clinical use."
 PUSHING_STEPS = 2000
@@ -80,15 +77,17 @@ def run(args: argparse.Namespace) -> int:
     scene, settings, obstacle, held_by, dropped = build_scene(case, plan, args, robots, registration)
     say_notes(dropped)
     report = {"case": case.name, "plan": plan.name, "operator": args.operator, "task": args.task}
-    report |= {"robot": scene.robot.name, "tool": scene.tool.name}
-    if args.preset is not None:
+    control = _control(args)
+    report |= control.labels() | {"preset": args.preset, "robot": scene.robot.name, "tool": scene.tool.name}
+    if args.preset is not None and args.mode != FREEHAND:
         report |= PRESETS[args.preset].report()
     if scene.robot.notes:
         report["robot_notes"] = list(scene.robot.notes)
     if held_by:
         report["standing"] = held_by
-    poses, ways = Poses(), plan_ways(case.scans, plan)
-    world = _world(scene, settings, args, poses, ways)
+    truths = Truths(args, services, plan, scene, settings.kept_mm)
+    poses, ways = Poses(truths.add), plan_ways(case.scans, plan)
+    world = _world(scene, settings, args, poses)
     recorded = _recorded(services, world.spec, world.row_layout, args)
     try:
         report |= world.drive(recorded)
@@ -98,13 +97,15 @@ def run(args: argparse.Namespace) -> int:
             recorded.drop()
         raise
     if recorded is not None:
-        report["run"] = recorded.keep(case.id, plan.id if plan.revision else None, ways)  # a plan of a file has none
+        kept = recorded.keep(case.id, plan.id if plan.revision else None, ways, args.record)  # a file's plan has no id
+        report |= {} if services is None else {"run": kept}
     if obstacle:
         report["placing_reason"] = obstacle
     if not report["completed"]:
         report["reason"] = report["reason"] or obstacle or "the tool no longer moves along the path"
     if notes:
         report["notes"] = list(notes)
+    report |= truths.report()
     report["soft_tissue"] = asdict(tissue_passed(case.scan(), poses.kept))
     report["pierced"] = asdict(PiercedReport.of(pierced_by_poses(ways, poses.kept)))
     unknown = "" if case.uncertainty.voxel_mm else f"{case.uncertainty.words()}; the margin has to cover that"
@@ -126,31 +127,31 @@ class _World(NamedTuple):
     drive: Callable[[RecordedRun | None], dict[str, Any]]
 
 
-def _world(
-    scene: Scene, settings: ControlSettings, args: argparse.Namespace, poses: Poses, ways: Ways | None
-) -> _World:
+def _world(scene: Scene, settings: ControlSettings, args: argparse.Namespace, poses: Poses) -> _World:
     """A free hand, or a hand on the robot."""
     kept = SceneSpec.of(scene)
-    if args.mode == "freehand":
+    if args.mode == FREEHAND:
         rated = at_hand_rate(settings)
         hand = FreehandSystem(scene, rated)
         drive = partial(drive_freehand, hand, args, poses.add)
         return _World(FreehandSpec(kept, rated), hand.row_layout, drive)
     rehearsal = Rehearsal(scene, settings)
-    return _World(
-        RigidSpec(kept, settings),
-        rehearsal.system.row_layout,
-        lambda recorded: _rehearse(rehearsal, args, poses, recorded, ways),
-    )
+
+    def drive_robot(recorded: RecordedRun | None) -> dict[str, Any]:
+        return _drive(HeadlessRun(rehearsal, poses.add, recorded, args.approach, _servo(args), _control(args)), args)
+
+    return _World(RigidSpec(kept, settings), rehearsal.system.row_layout, drive_robot)
 
 
 class Poses:
-    """Poses of the tool in a drive, at least 0.5 mm apart, for `tissue_passed`."""
+    """Poses of the tool in a drive, at least 0.5 mm apart, for `tissue_passed`; ``also`` gets every snapshot."""
 
-    def __init__(self) -> None:
+    def __init__(self, also: Callable[[RigidSnapshot], None]) -> None:
         self.kept: list[tuple[float, np.ndarray, np.ndarray]] = []
+        self._also = also
 
     def add(self, snapshot: RigidSnapshot) -> None:
+        self._also(snapshot)
         ends = snapshot.segments_start, snapshot.segments_end
         if self.kept:
             moved = max(float(np.abs(new - old).max()) for new, old in zip(ends, self.kept[-1][1:], strict=True))
@@ -181,39 +182,27 @@ def _registered(services: Services | None, plan: Plan) -> tuple[Plan, ImageRegis
 def _recorded(
     services: Services | None, spec: SystemSpec, columns: tuple[Column, ...], args: argparse.Namespace
 ) -> RecordedRun | None:
-    """The recorder of the run; None without a writable store."""
-    if services is None:
+    """The recorder of the run; None without a writable store, where none is asked for with --record."""
+    if services is None and args.record is None:
         return None
-    from app.commands.recorded_run import RecordedRun
-
     try:
-        seed = args.seed if args.operator == "pushing" or args.mode == "freehand" else None
-        return RecordedRun(services, spec, columns, seed, Control(args.mode), args.preset)
+        seed = args.seed if args.operator == "pushing" or args.mode == FREEHAND else None
+        return RecordedRun(services, spec, columns, seed, _control(args), args.preset)
     except (OSError, VfixError) as error:
+        if args.record is not None:
+            raise InputError(f"the run cannot be recorded: {error}") from error
         say_notes([f"the run is not recorded: {error}"])
         return None
-
-
-def _rehearse(
-    rehearsal: Rehearsal, args: argparse.Namespace, poses: Poses, recorded: RecordedRun | None, ways: Ways | None
-) -> dict[str, Any]:
-    if args.record is None:
-        return _drive(HeadlessRun(rehearsal, poses.add, recorded, args.approach, _servo(args)), args)
-    try:
-        with CsvRecorder(args.record, ways) as recorder:
-
-            def keep(snapshot: RigidSnapshot) -> None:
-                recorder.add(snapshot)
-                poses.add(snapshot)
-
-            return _drive(HeadlessRun(rehearsal, keep, recorded, args.approach, _servo(args)), args)
-    except OSError as error:
-        raise InputError(f"the recording {args.record} cannot be written: {error.strerror}") from error
 
 
 def _servo(args: argparse.Namespace) -> ServoWatch | None:
     """What measures the poses between the set points of a preset's outer loop."""
     return None if args.preset is None else ServoWatch()
+
+
+def _control(args: argparse.Namespace) -> Control:
+    """Mode and device that are asked for."""
+    return Control(args.mode, args.device or "position")
 
 
 def _follow(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
@@ -248,7 +237,8 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
         {"name": zone.name, "margin_mm": zone.margin_mm, "min_distance_mm": least}
         for zone, least in zip(run.rehearsal.controller.zones, run.least_of_zones, strict=True)
     ]
-    figures = run.tally.report() | {"margin_mm": settings.margin_mm, "path_length_mm": length}
+    figures = {"time_s": run.tally.steps * settings.dt_s, "certified": True} | run.tally.report()
+    figures |= {"margin_mm": settings.margin_mm, "path_length_mm": length}
     rooms = zip(run.limits, run.least_rooms, strict=True)
     limits = [{"name": limit.words, "least_room_mm": least} for limit, least in rooms]
     if run.servo is not None:

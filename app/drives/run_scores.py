@@ -17,7 +17,7 @@ from vfix_engine.runtime.run import TICKS, Run
 from vfix_engine.study.holds import holds_of
 from vfix_engine.study.metrics import score_run
 from vfix_engine.study.series import RunSeries, series_of
-from vfix_engine.worlds.registry import WORLDS, spec_of
+from vfix_engine.worlds.registry import spec_of
 from vfix_engine.worlds.rigid.row import PHASES
 
 FILE = "score-1.json"  # the number changes with the definitions of the score or of a hold
@@ -95,7 +95,7 @@ def plain_series(series: RunSeries, run: StoredRun) -> dict[str, Any]:
     return {
         "run": run.id,
         "mode": run.mode,
-        "certified": run.world in WORLDS and WORLDS[run.world].certified,
+        "certified": run.certified,
         "structures": list(series.structures),
         "joints": [{"name": one.name, "unit": one.unit} for one in series.joints],
         "radii_mm": _plain(series.radius),

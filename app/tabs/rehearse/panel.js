@@ -4,8 +4,10 @@ import { fillOptions, h, group, whenChanged } from "/static/js/dom.js";
 import { isOld } from "/static/js/verdict-line.js";
 import { fixed, mm } from "/static/js/format.js";
 import { holdButton } from "/static/js/hold.js";
+import { NearnessGauge } from "/static/js/nearness.js";
 import { say } from "/static/js/said.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
+import { DeviceMenu } from "./device-menu.js";
 import { EndCard } from "./end-card.js";
 import { preselected } from "./preselected.js";
 import { RehearsalStatus } from "./status.js";
@@ -29,7 +31,10 @@ export default class RehearsePanel {
   /** @param {Parts} parts */
   constructor({ connection, keys }) {
     this.connection = connection;
+    this.devices = new DeviceMenu({ connection, keys });
     this.status = new RehearsalStatus();
+    this.nearness = new NearnessGauge();
+    this.overlay = h("div", { class: "overlay nearness-over-scene" }, this.nearness.element);
     this.changedState = whenChanged();
     this.changedTargets = whenChanged();
     this.changedFields = whenChanged();
@@ -78,6 +83,7 @@ export default class RehearsePanel {
       group("Motion", null, this.modes, this.target, this.modeWords,
         h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
         this.progressWords, this.progress, this.soFar),
+      this.devices.element,
       this.rehearsalOptions.element,
       group("Hand and margin", null, this.fields, this.fieldWords, this.marginWarning));
   }
@@ -95,6 +101,8 @@ export default class RehearsePanel {
     const adjustable = live && Boolean(rehearsal.mine);
     this.changedFields([state.settings, adjustable], () => this.renderFields(state.settings, adjustable));
     this.rehearsalOptions.update(state);
+    this.devices.update(state);
+    this.nearness.update(state.nearness);
     const { state: drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed } = rehearsal;
     this.changedState([drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed, state.plan_use, targets.length], () => this.renderState(state, rehearsal, targets.length));
     this.renderProgress(rehearsal);

@@ -146,9 +146,15 @@ export class Keys {
     return !isDialogOpen() && this.shortcuts.some((known) => known(event));
   }
 
+  /** Where the held keys drive and twist. */
+  get directions() {
+    return { drive: directionOf(this.held, DRIVE), twist: directionOf(this.held, TWIST) };
+  }
+
   sendHeld() {
-    this.connection.send("drive", { direction: directionOf(this.held, DRIVE) });
-    this.connection.send("twist", { direction: directionOf(this.held, TWIST) });
+    const { drive, twist } = this.directions;
+    this.connection.send("drive", { direction: drive });
+    this.connection.send("twist", { direction: twist });
     this.hold("keys", this.held.size > 0);
   }
 

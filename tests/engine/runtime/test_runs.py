@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -97,6 +98,7 @@ def test_a_replay_is_the_same_to_the_last_bit(tmp_path: Path) -> None:
     again = replay(Run.read(tmp_path / "one.run"), SPEC)
     assert again.same
     assert again.largest_difference == 0.0
+    assert again.sha256 == json.loads((tmp_path / "one.run" / "end.json").read_text())["sha256"]
     assert again.other_arithmetic == {}
     assert len(again.states) == 61
     assert any(state.half for state in again.states), "the worker took part"
@@ -126,6 +128,10 @@ def test_a_replay_names_the_first_difference(tmp_path: Path) -> None:
     assert replay(replace(run, ticks=ticks), SPEC).first_difference == 12
     without = tuple(event for event in run.events if event.kind != "adopt")
     assert replay(replace(run, events=without), SPEC).first_difference == 17
+    for value in (np.nan, np.inf):
+        ticks = run.ticks.copy()
+        ticks[12, -1] = value
+        assert replay(replace(run, ticks=ticks), SPEC).largest_difference == np.inf, "only one of two is finite"
     with pytest.raises(InputError, match="lost 3 steps"):
         replay(replace(run, lost=3), SPEC)
 

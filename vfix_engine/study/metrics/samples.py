@@ -27,6 +27,7 @@ class Samples:
     tip, rotation: (n, 3) and (n, 3, 3), pose of the tip. distance: (n, B, S) from each structure to each part of the
         tool, negative where they overlap, cut at the boundary threshold.
     phase, outcome, target: (n,) as in the row; path_s: (n,) arc length nearest to the tip, -1 without a path.
+    deflection: (n, 3) of the tip under the hand, which the controller has compensated; 0 without.
     view_distance_mm: (n,) of the point that inspection holds on its target. settings: in force at each.
     force: (n, 3) in N, of the hand, after the cap.
     structures: B ids, the anatomy first; tool, path, targets: of the spec.
@@ -41,6 +42,7 @@ class Samples:
     outcome: IndexArray
     target: IndexArray
     path_s: Array
+    deflection: Array
     view_distance_mm: Array
     settings: tuple[ControlSettings, ...]
     force: Array
@@ -49,11 +51,13 @@ class Samples:
     path: SplinePath | None
     targets: Array
 
-    @property
-    def view_point(self) -> Array:
-        """(n, 3) the point that inspection holds on its target."""
-        direction = np.stack([self.tool.direction(rotation) for rotation in self.rotation])
-        return self.tip + self.view_distance_mm[:, None] * direction
+    def view_point(self, tip: Array, rotation: Array, rows: Array) -> Array:
+        """(k, 3) the point that inspection holds on its target, of a tool with these tips (k, 3) and rotations
+        (k, 3, 3) at the chosen rows (n,) of k samples.
+        """
+        direction = np.stack([self.tool.direction(one) for one in rotation])
+        points: Array = tip + self.view_distance_mm[rows][:, None] * direction
+        return points
 
 
 def samples_of(run: Run, spec: SystemSpec) -> Samples:
@@ -87,6 +91,7 @@ def samples_of(run: Run, spec: SystemSpec) -> Samples:
         outcome=rows[:, at["outcome"]].astype(np.int64),
         target=rows[:, at["target"]].astype(np.int64),
         path_s=rows[:, at["path_s"]],
+        deflection=np.zeros((len(rows), 3)),
         view_distance_mm=np.array([one.view_distance_mm for one in settings]),
         settings=tuple(settings),
         force=rows[:, [at[f"force_{axis}"] for axis in _AXES]],

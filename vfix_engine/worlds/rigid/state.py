@@ -18,7 +18,7 @@ ZEROS.setflags(write=False)
 class LastStep(NamedTuple):
     """The step that led to a state: effective force (3,) in N and torque (3,) in N·mm.
 
-    end: the end of the path that the hand pushes against, in words, or ''; teleoperated: driven by a master.
+    end: the end of the path that the hand pushes against, in words, or ''; teleoperated: by a master or a rate device.
     """
 
     report: StepReport

@@ -1,0 +1,96 @@
+// The menu of devices: which one drives, whether it is there, and what each of its axes does, live.
+import { h } from "/static/js/dom.js";
+import { DEVICES, HandDevices } from "/static/js/devices/hand-devices.js";
+import { draw, hintLine, html, nothing, titled } from "/static/js/template.js";
+
+/** @import { Parts } from "/static/js/panel.js" */
+/** @import { DeviceKind } from "/static/js/devices/hand-devices.js" */
+/** @import { ViewModel } from "/static/js/types.js" */
+
+/** What an axis does, from −1 to 1, and what moves it. @typedef {readonly [string, string]} AxisWords */
+
+/** @type {Record<DeviceKind, string>} */
+const NAMES = { mouse: "Mouse", keys: "Keys", gamepad: "Gamepad", "space-mouse": "SpaceMouse" };
+const ACROSS = /** @type {const} */ (["Left, right", "Up, down", "Out, in", "Look down, up", "Look left, right", "Roll ↺ ↻"]);
+const STICKS = ["Left stick ↔", "Triggers", "Left stick ↕", "Right stick ↕", "Right stick ↔", "Shoulders"];
+const CAP = ["Slide ↔", "Lift, press", "Pull, push", "Tilt ↕", "Twist", "Lean ↔"];
+/** @type {Record<DeviceKind, AxisWords[]>} */
+const AXES = {
+  mouse: [["Pull", "Drag the sphere"]],
+  keys: [["Back, forward", "S W, or ↓ ↑"], ["Twist ↺ ↻", "A D"]],
+  gamepad: ACROSS.map((what, axis) => [what, STICKS[axis]]),
+  "space-mouse": ACROSS.map((what, axis) => [what, CAP[axis]]),
+};
+const HELP = "Directions are those of the endoscope’s picture. Keys drive whatever is chosen here. A device drives while this window holds the handle and the robot runs.";
+
+export class DeviceMenu {
+  /** @param {Parts} parts */
+  constructor({ connection, keys }) {
+    this.connection = connection;
+    this.keys = keys;
+    this.devices = new HandDevices(keys, (axes) => { if (this.isHeard) connection.post(/** @type {any} */ ("rate"), { axes }); });
+    this.devices.addEventListener("change", () => this.render());
+    this.devices.addEventListener("axes", () => this.showAxes());
+    this.element = h("div", { class: "group", id: "devices" });
+    this.words = "";
+    this.render();
+  }
+
+  /** @param {ViewModel} state */
+  update({ step, rehearsal }) {
+    const held = step?.name === "rehearse" && Boolean(rehearsal?.mine);
+    this.devices.follow(held, held && rehearsal?.state === "running");
+    this.showAxes();
+  }
+
+  render() {
+    const { devices } = this;
+    this.words = this.wordsNow;
+    const choice = (/** @type {DeviceKind} */ kind) => html`<button type="button" data-device=${kind} aria-pressed=${String(kind === devices.kind)}
+      @click=${() => devices.choose(kind)}>${NAMES[kind]}</button>`;
+    const rows = AXES[devices.kind].map(([what, by]) => html`<li class="axis"><span>${what}</span><span class="axis-bar" aria-hidden="true"><i></i></span><span class="axis-by">${by}</span></li>`);
+    const ask = devices.kind === "space-mouse" && devices.spaceMouse.askable;
+    draw(this.element, titled("Device", null, html`
+      <div class="segmented devices" role="group" aria-label="Device">${DEVICES.map(choice)}</div>
+      ${hintLine("device-words", this.words, HELP, Boolean(devices.source?.trouble))}
+      ${ask ? html`<button type="button" class="wide" id="connect-device" @click=${() => devices.spaceMouse.ask()}>Connect SpaceMouse</button>` : nothing}
+      ${devices.source?.trouble ? nothing : html`<ul class="axes">${rows}</ul>`}`));
+    this.showAxes();
+  }
+
+  /** Whether the planner hears rates. */
+  get isHeard() {
+    return "control" in (this.connection.state.rehearsal ?? {});
+  }
+
+  get wordsNow() {
+    const { source, kind, watched, isAskew } = this.devices;
+    if (source?.trouble) return source.trouble;
+    if (source && !watched) return `${source.name} drives once this window holds the handle.`;
+    if (source && !this.isHeard) return `${source.name} is shown here. It does not drive yet.`;
+    if (isAskew) return "Let go of it once, then it drives.";
+    return source?.name ?? (kind === "mouse" ? "Drag the sphere on the shaft." : "Hold a key.");
+  }
+
+  /** The bars, which move with each frame in which a device is read. */
+  showAxes() {
+    if (this.words !== this.wordsNow) this.render();
+    const bars = /** @type {NodeListOf<HTMLElement>} */ (this.element.querySelectorAll(".axis-bar > i"));
+    const values = this.values;
+    bars.forEach((bar, axis) => {
+      const to = `${(50 * (values[axis] ?? 0)).toFixed(1)}%`;
+      bar.style.setProperty("--to", to);
+      bar.classList.toggle("back", (values[axis] ?? 0) < 0);
+    });
+  }
+
+  /** @returns {readonly number[]} each from −1 to 1 */
+  get values() {
+    const { kind, axes } = this.devices;
+    if (kind === "keys") return [this.keys.directions.drive, this.keys.directions.twist];
+    if (kind !== "mouse") return axes;
+    const { rehearsal, settings } = this.connection.state;
+    const most = settings?.fields.find(({ name }) => name === "force_cap_n")?.value ?? 0;
+    return [most > 0 ? Math.min(1, (rehearsal?.force_n ?? 0) / most) : 0];
+  }
+}
