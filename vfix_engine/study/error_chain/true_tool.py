@@ -130,14 +130,13 @@ def lag_behind(before: Array, moved: Array, dt_s: float, time_s: float) -> Array
     return np.asarray(kept * before + (1.0 - kept) * (time_s / dt_s) * moved)
 
 
-def sample_of(snapshot: Any, tool: Tool, hand_on_robot: bool, compensated_mm_per_n: float = 0.0) -> Sample:
+def sample_of(snapshot: Any, tool: Tool, hand_on_robot: bool) -> Sample:
     """The sample of a snapshot of a rigid tool, on a robot or in a free hand.
 
     hand_on_robot: a hand leads the robot by its handle, and no master drives it.
-    compensated_mm_per_n: compliance that the controller compensates, ``ControlSettings.compliance_mm_per_n``.
     """
-    force = snapshot.force if hand_on_robot else None
-    deflection = np.zeros(3) if force is None else compensated_mm_per_n * force
     unturned = camera_at(np.eye(3), np.zeros(3), tool)[:3, :3]
     rotation = snapshot.camera[:3, :3] @ unturned.T
+    force = snapshot.force if hand_on_robot else None
+    deflection = getattr(snapshot, "deflection", np.zeros(3))  # a free tool has none
     return Sample(snapshot.t, snapshot.steps, snapshot.q, snapshot.tip, rotation, force, deflection)

@@ -19,7 +19,7 @@ from ...errors import ControlError, InputError
 from ...geometry.vectors import length
 from ...kernels.triples import Triple, dot, minus, norm, over, plus, times, triple
 from ...runtime.command import Command
-from ...runtime.control_mode import FREEHAND
+from ...runtime.control_mode import FREEHAND, HANDS_ON
 from ...runtime.requests import Request, SetControl, SetSettings, SetTask
 from ...runtime.system import Background, Column, Grip
 from .command_values import array_of, share_of
@@ -58,6 +58,7 @@ class _Stepped(NamedTuple):
     torque: Array = ZEROS
     end: str = ""
     fell_back: bool = False
+    deflection: Array = ZEROS
 
 
 class RigidSystem:
@@ -122,7 +123,7 @@ class RigidSystem:
         if isinstance(request, SetControl):
             if request.control.mode == FREEHAND:
                 raise ControlError("a tool on a robot is not in a free hand; end this drive and start another one")
-            return replace(state, lag=ZEROS)
+            return replace(state, lag=ZEROS, hand_on_robot=request.control.mode == HANDS_ON)
         if isinstance(request, SetSettings):
             settings = request.settings
             if not isinstance(settings, ControlSettings):
@@ -140,7 +141,7 @@ class RigidSystem:
         """The same pose and speed in another mode; ControlError when the scene has no path or no such target."""
         if mode not in MODES:
             raise ControlError(f"mode '{mode}' is not one of {', '.join(MODES)}")
-        state = replace(state, lag=ZEROS, chosen=None, last=None)
+        state = replace(state, lag=ZEROS, chosen=None, deflection=ZEROS, last=None)
         if mode == "path":
             if self.scene.path is None:
                 raise ControlError(NO_PATH)
@@ -222,7 +223,7 @@ class RigidSystem:
             force, drive, reach = triple(spring(lag, settings)), 0.0, length(lag)
         controller = self._controller_of(settings)
         if state.mode == "path":
-            done = self._path_step(controller, state, force, drive, reach)
+            done = self._path_step(controller, state, force, drive, reach, master is None and state.hand_on_robot)
         elif state.mode == "inspect":
             done = self._inspect_step(controller, state, force, drive, twist, reach)
         else:
@@ -247,12 +248,15 @@ class RigidSystem:
             lag,
             state.chosen if done.phase == "approach" else None,
             state.fallbacks + done.fell_back,
+            state.hand_on_robot,
+            done.deflection,
             LastStep(done.report, done.force, done.torque, done.end, master is not None),
         )
 
     def _path_step(
-        self, controller: Controller, state: RehearsalState, force: Triple, drive: float, reach: float
+        self, controller: Controller, state: RehearsalState, force: Triple, drive: float, reach: float, on_robot: bool
     ) -> _Stepped:
+        """on_robot: the force is a hand's on the handle, whose deflection is compensated where it is known."""
         path, near, settings = self.scene.path, state.nearest, state.settings
         if path is None or near is None:
             raise ControlError(NO_PATH)
@@ -260,16 +264,25 @@ class RigidSystem:
         if drive:
             force = plus(force, times(drive * settings.force_cap_n, tangent))
         force = saturate(force, settings.force_cap_n)
+        bent = ZEROS
+        if on_robot and settings.compliance_mm_per_n:
+            # The deflected tip follows the path, so the undeflected one follows it displaced by −C f.
+            bent = settings.compliance_mm_per_n * np.array(force)
+            if state.chosen is None:
+                near = PathPoint(*path.closest(state.tool.position + bent, near.s, SEARCH_WINDOW_MM))
+            tangent = triple(near.tangent)
+        aim = near if bent is ZEROS else near._replace(position=near.position - bent)
         limit = ON_PATH_MM if state.phase == "approach" else LEAVE_PATH_MM
-        off = norm(minus(triple(near.position), triple(state.tool.position)))
+        off = norm(minus(triple(aim.position), triple(state.tool.position)))
         phase = "follow" if off <= limit else "approach"
         kind, shaft = ApproachPath if phase == "approach" else FollowPath, self.scene.shaft
-        task: Task = kind(path, near, shaft)
+        task: Task = kind(path, aim, shaft)
         hand = HandCommand(np.array(force), ZEROS, reach)
-        report, fell_back = self._followed(controller, state, task, near, hand)
+        report, fell_back = self._followed(controller, state, task, aim, hand)
         if phase == "approach" and state.chosen is not None:
-            return _Stepped(report, phase, near, hand.force)
-        after = PathPoint(*path.closest(report.state.position, near.s, SEARCH_WINDOW_MM))
+            return _Stepped(report, phase, near, hand.force, deflection=bent)
+        arrived = report.state.position if bent is ZEROS else report.state.position + bent
+        after = PathPoint(*path.closest(arrived, near.s, SEARCH_WINDOW_MM))
         end = ""
         if phase == "follow":
             if path.length - after.s <= END_MM:
@@ -277,7 +290,7 @@ class RigidSystem:
                 end = "the end of the path" if dot(force, tangent) > 0 else ""
             elif after.s <= END_MM and dot(force, tangent) < 0:
                 end = "the entry of the path"
-        return _Stepped(report, phase, after, hand.force, end=end, fell_back=fell_back)
+        return _Stepped(report, phase, after, hand.force, end=end, fell_back=fell_back, deflection=bent)
 
     def _followed(
         self, controller: Controller, state: RehearsalState, task: Task, near: PathPoint, hand: HandCommand
