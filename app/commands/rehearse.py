@@ -36,7 +36,7 @@ from vfix_engine.anatomy.soft_tissue import tissue_passed
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.frames import ImageRegistration
-from vfix_engine.runtime.control_mode import Control
+from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.system import Column, SystemSpec
 from vfix_engine.worlds.freehand.spec import FreehandSpec
 from vfix_engine.worlds.freehand.system import FreehandSystem
@@ -77,8 +77,9 @@ def run(args: argparse.Namespace) -> int:
     scene, settings, obstacle, held_by, dropped = build_scene(case, plan, args, robots, registration)
     say_notes(dropped)
     report = {"case": case.name, "plan": plan.name, "operator": args.operator, "task": args.task}
-    report |= {"robot": scene.robot.name, "tool": scene.tool.name}
-    if args.preset is not None:
+    control = _control(args)
+    report |= control.labels() | {"preset": args.preset, "robot": scene.robot.name, "tool": scene.tool.name}
+    if args.preset is not None and args.mode != FREEHAND:
         report |= PRESETS[args.preset].report()
     if scene.robot.notes:
         report["robot_notes"] = list(scene.robot.notes)
@@ -129,17 +130,17 @@ class _World(NamedTuple):
 def _world(scene: Scene, settings: ControlSettings, args: argparse.Namespace, poses: Poses) -> _World:
     """A free hand, or a hand on the robot."""
     kept = SceneSpec.of(scene)
-    if args.mode == "freehand":
+    if args.mode == FREEHAND:
         rated = at_hand_rate(settings)
         hand = FreehandSystem(scene, rated)
         drive = partial(drive_freehand, hand, args, poses.add)
         return _World(FreehandSpec(kept, rated), hand.row_layout, drive)
     rehearsal = Rehearsal(scene, settings)
-    return _World(
-        RigidSpec(kept, settings),
-        rehearsal.system.row_layout,
-        lambda recorded: _drive(HeadlessRun(rehearsal, poses.add, recorded, args.approach, _servo(args)), args),
-    )
+
+    def drive_robot(recorded: RecordedRun | None) -> dict[str, Any]:
+        return _drive(HeadlessRun(rehearsal, poses.add, recorded, args.approach, _servo(args), _control(args)), args)
+
+    return _World(RigidSpec(kept, settings), rehearsal.system.row_layout, drive_robot)
 
 
 class Poses:
@@ -185,8 +186,8 @@ def _recorded(
     if services is None and args.record is None:
         return None
     try:
-        seed = args.seed if args.operator == "pushing" or args.mode == "freehand" else None
-        return RecordedRun(services, spec, columns, seed, Control(args.mode), args.preset)
+        seed = args.seed if args.operator == "pushing" or args.mode == FREEHAND else None
+        return RecordedRun(services, spec, columns, seed, _control(args), args.preset)
     except (OSError, VfixError) as error:
         if args.record is not None:
             raise InputError(f"the run cannot be recorded: {error}") from error
@@ -197,6 +198,11 @@ def _recorded(
 def _servo(args: argparse.Namespace) -> ServoWatch | None:
     """What measures the poses between the set points of a preset's outer loop."""
     return None if args.preset is None else ServoWatch()
+
+
+def _control(args: argparse.Namespace) -> Control:
+    """Mode and device that are asked for."""
+    return Control(args.mode, args.device or "position")
 
 
 def _follow(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
@@ -231,7 +237,8 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
         {"name": zone.name, "margin_mm": zone.margin_mm, "min_distance_mm": least}
         for zone, least in zip(run.rehearsal.controller.zones, run.least_of_zones, strict=True)
     ]
-    figures = run.tally.report() | {"margin_mm": settings.margin_mm, "path_length_mm": length}
+    figures = {"time_s": run.tally.steps * settings.dt_s, "certified": True} | run.tally.report()
+    figures |= {"margin_mm": settings.margin_mm, "path_length_mm": length}
     rooms = zip(run.limits, run.least_rooms, strict=True)
     limits = [{"name": limit.words, "least_room_mm": least} for limit, least in rooms]
     if run.servo is not None:

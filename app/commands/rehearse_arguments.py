@@ -8,9 +8,10 @@ from pathlib import Path
 from app.commands.counts import natural, positive
 from app.commands.head_options import add_file_options
 from app.commands.rehearse_errors import add_compensation, add_error_arguments
-from app.commands.rehearse_freehand import MODES, check_options
+from app.commands.rehearse_freehand import check_options
 from app.exchange.runs.export import WRITERS, check_target
 from vfix_engine.errors import InputError
+from vfix_engine.runtime.control_mode import DEVICES, MODES
 from vfix_engine.worlds.rigid.presets import PRESETS
 
 
@@ -23,7 +24,10 @@ def add_arguments(parser: argparse.ArgumentParser, operators: tuple[str, ...]) -
         "--path", metavar="NAME", help="one of the plan's paths by name or id, instead of the chosen one"
     )
     parser.add_argument("--operator", choices=operators, default="scripted", help="whose hand it is")
-    parser.add_argument("--mode", choices=MODES, default="hands-on", help="a hand on the robot, or a free hand")
+    parser.add_argument(
+        "--mode", choices=MODES, default="hands-on", help="a free hand, a hand on the robot, or a device far from it"
+    )
+    parser.add_argument("--device", choices=DEVICES, help="teleoperated: a master that moves, or a rate device")
     parser.add_argument("--steady", action="store_true", help="freehand: no delay, no tremor, and eyes without error")
     parser.add_argument("--task", choices=("path", "inspect"), default="path", help="follow the path, or inspect")
     parser.add_argument("--targets", type=Path, help="a Markups file with targets, instead of the plan's own")

@@ -22,13 +22,15 @@ from vfix_engine.worlds.freehand.snapshot import FreehandSnapshot
 from vfix_engine.worlds.freehand.system import FreehandSystem
 from vfix_engine.worlds.rigid.dry_run import dry_run
 
-MODES = ("hands-on", "freehand")
 PERIOD_S = 0.02  # no hand is quicker; contact is computed in shorter steps
 UNCERTIFIED = "Freehand: driven without the certificate; bone does not stop the tool."
+NO_PRESET = "a preset's parameters are those of the robot: a free hand has none of them"
 
 
 def check_options(args: argparse.Namespace) -> None:
     """Refuse what a free hand does not have. Raises InputError."""
+    if args.device is not None and args.mode != "teleoperated":
+        raise InputError("--device goes with --mode teleoperated")
     if args.mode != "freehand":
         if args.steady:
             raise InputError("--steady goes with --mode freehand")
@@ -39,7 +41,6 @@ def check_options(args: argparse.Namespace) -> None:
         "--soft-tissue": args.soft_tissue,
         "--remote-centre": args.remote_centre is not None,
         "--speed-limit": args.speed_limit,
-        "--preset": args.preset is not None,
         "--approach": args.approach is not None,
         "--tube": args.tube is not None,
         "--margin": args.margin is not None,
@@ -78,6 +79,8 @@ def drive_freehand(
     notes = [] if dry.completed else [up_to]
     if scene.fixtures:
         notes.append("soft zones of the plan do nothing to a free hand")
+    if args.preset is not None:
+        notes.append(NO_PRESET)
     person = PursuitOperator(guide, Person.exact() if args.steady else Person(), scene.tool, settings, args.seed)
     say_notes([UNCERTIFIED, *notes])
     errors, least, held, approach = [], np.inf, 0, 0
@@ -97,7 +100,6 @@ def drive_freehand(
     assert isinstance(last, FreehandSnapshot)
     contacts = [{name: value for name, value in asdict(one).items() if name != "depth_mm"} for one in last.contacts]
     return {
-        "mode": "freehand",
         "certified": last.certified,
         "completed": done.finished,
         "reason": "" if done.finished else f"the hand did not reach the end within {LONGEST_S:.0f} s",

@@ -69,7 +69,7 @@ def nearest_part(obstacle: Obstacle, run: DryRun, tool: Tool) -> int:
     """Return the index of the tool part nearest to a protected structure in the pose of the least clearance."""
     start, end = run.segments_start[[obstacle.row]], run.segments_end[[obstacle.row]]
     each = [
-        min(_zone_clearance(zone, start[:, [part]], end[:, [part]], tool.radius[[part]])[0] for zone in obstacle.zones)
+        min(zone_clearance(zone, start[:, [part]], end[:, [part]], tool.radius[[part]])[0] for zone in obstacle.zones)
         for part in range(len(tool.radius))
     ]
     return int(np.argmin(each))
@@ -77,13 +77,14 @@ def nearest_part(obstacle: Obstacle, run: DryRun, tool: Tool) -> int:
 
 def _clearance(zones: Sequence[Zone], run: DryRun, rows: IndexArray, radius: Array) -> Array:
     start, end = run.segments_start[rows], run.segments_end[rows]
-    least: Array = np.min([_zone_clearance(zone, start, end, radius) for zone in zones], axis=0)
+    least: Array = np.min([zone_clearance(zone, start, end, radius) for zone in zones], axis=0)
     return least
 
 
-def _zone_clearance(zone: Zone, start: Array, end: Array, radius: Array) -> Array:
-    """Return the clearance (n,) in mm of the tool to a zone.
+def zone_clearance(zone: Zone, start: Array, end: Array, radius: Array, reach_mm: float = np.inf) -> Array:
+    """Return the clearance (n,) in mm of the tool to a zone; beyond reach_mm it may be that.
 
+    start, end (n, S, 3): axis segments of the tool in n poses; radius (S,): of its capsules.
     For a shape it is measured at samples of the tool's axis, and is at most 0.03 mm too large.
     """
     solid = zone.solid
@@ -92,4 +93,4 @@ def _zone_clearance(zone: Zone, start: Array, end: Array, radius: Array) -> Arra
         away = signed_distance(solid, points.reshape(-1, 3)).reshape(points.shape[:2]) - radius[segment]
         least: Array = away.min(axis=1)
         return least
-    return np.array([solid.closest(Segments(a, b, radius)).distance for a, b in zip(start, end, strict=True)])
+    return np.array([solid.clearance(Segments(a, b, radius), reach_mm) for a, b in zip(start, end, strict=True)])

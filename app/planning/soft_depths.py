@@ -53,21 +53,29 @@ def soft_depths(
 
 
 def _depths(zone: SoftZone | SoftRegion, run: DryRun, rows: IndexArray, radius: Array) -> Array:
-    """Return the depth (n,) in mm of the tool in a zone in poses of the run; at most 0 where it does not touch it.
+    """Return the depth (n,) in mm of the tool in a zone in poses of the run; at most 0 where it does not touch it."""
+    away = soft_clearance(zone, run.segments_start[rows], run.segments_end[rows], radius)
+    layer = zone.layer_mm if isinstance(zone, SoftRegion) else zone.thickness_mm
+    return layer - (run.clearance[rows] if away is None else away)
 
-    A surface is measured exactly, a shape at samples of the tool's axis, at most 0.03 mm too shallow, and a solid by
-    its distance field.
+
+def soft_clearance(
+    zone: SoftZone | SoftRegion, start: Array, end: Array, radius: Array, reach_mm: float = np.inf
+) -> Array | None:
+    """Return the clearance (n,) in mm of the tool to what a zone lies over; beyond reach_mm it may be that.
+
+    None: that is all of the anatomy. start, end (n, S, 3): axis segments of the tool in n poses; radius (S,).
+    A surface is measured exactly, a shape at samples of the tool's axis, at most 0.03 mm too far, and a solid by
+    its distance field, inf where that ends.
     """
-    start, end = run.segments_start[rows], run.segments_end[rows]
     if isinstance(zone, SoftRegion):
-        return zone.layer_mm + _deepest(start, end, radius, zone.field.at)
+        return -_deepest(start, end, radius, zone.field.at)
     solid = zone.over
     if isinstance(solid, SHAPES):
-        return zone.thickness_mm + _deepest(start, end, radius, partial(signed_distance, solid))
-    if solid is None:  # all of the anatomy, whose clearance the run has
-        return zone.thickness_mm - run.clearance[rows]
-    away = [solid.closest(Segments(a, b, radius)).distance for a, b in zip(start, end, strict=True)]
-    return zone.thickness_mm - np.array(away)
+        return -_deepest(start, end, radius, partial(signed_distance, solid))
+    if solid is None:
+        return None
+    return np.array([solid.clearance(Segments(a, b, radius), reach_mm) for a, b in zip(start, end, strict=True)])
 
 
 def _deepest(start: Array, end: Array, radius: Array, distance: Callable[[Array], Array]) -> Array:

@@ -205,6 +205,10 @@ class DriveTab(Tab, Generic[P, T]):
             (drive.drive if command.type == "drive" else drive.twist)(self.client, command.direction)
         elif isinstance(command, c.MoveAxes):
             drive.axes(self.client, command.camera_x, command.camera_y, command.insert)
+        elif isinstance(command, c.MoveMaster):
+            drive.master(self.client, command.position, command.clutch)
+        elif isinstance(command, c.DeflectRate):
+            drive.rate(self.client, command.axes)
         elif isinstance(command, c.HoldCommand):
             match command.type:
                 case "heartbeat":

@@ -48,6 +48,11 @@ def first_labels(world: str) -> dict[str, str | None]:
     return {"mode": _OF_WORLD.get(world), "device": None}
 
 
+def first_control(world: str) -> Control:
+    """The control of such a drive; of a world without modes the hand's."""
+    return Control(_OF_WORLD.get(world, HANDS_ON))
+
+
 def run_mode(manifest: Mapping[str, Any]) -> str | None:
     """Control mode of a run, or ``MIXED``; of a run before there were modes by its world, None where it has none."""
     mode = manifest.get("mode", _OF_WORLD.get(str(manifest.get("world", ""))))

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, Self, TypeVar
 
+import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
@@ -17,6 +18,9 @@ from .command import Command
 from .requests import Request
 from .settings import WorldSettings
 from .snapshot import Snapshot
+
+UPRIGHT = np.eye(3)
+UPRIGHT.setflags(write=False)
 
 S = TypeVar("S")
 A = TypeVar("A", contravariant=True)  # what a certificate knows of the state
@@ -37,11 +41,14 @@ class Grip(NamedTuple):
     """Point where the operator holds the robot, and the virtual coupling to the hand.
 
     position: (3,) in LPS mm; stiffness in N/mm; cap: largest force in N.
+    axes: (3, 3) of a device that is pushed and turned, as columns in the patient frame: right and down in the picture
+        and into it, or the axes of the robot's base.
     """
 
     position: Array
     stiffness: float
     cap: float
+    axes: Array = UPRIGHT
 
 
 @dataclass(frozen=True)

@@ -82,7 +82,7 @@ class PlanReports:
                 [_path_row(path, path.path == chosen.path) for path in report.paths if len(report.paths) > 1]
             ),
             targets=_shortened(list(_target_rows(plan, chosen, evaluation))),
-            registration=registration.words,
+            registration=" ".join((registration.words, *registration.doubts)),
             removed=report.removed.words,
             notes=plan.content.notes,
             cautions=case.notes,

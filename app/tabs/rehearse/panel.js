@@ -4,6 +4,7 @@ import { fillOptions, h, group, whenChanged } from "/static/js/dom.js";
 import { isOld } from "/static/js/verdict-line.js";
 import { fixed, mm } from "/static/js/format.js";
 import { holdButton } from "/static/js/hold.js";
+import { NearnessGauge } from "/static/js/nearness.js";
 import { say } from "/static/js/said.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
 import { DeviceMenu } from "./device-menu.js";
@@ -31,6 +32,8 @@ export default class RehearsePanel {
     this.connection = connection;
     this.devices = new DeviceMenu({ connection, keys });
     this.status = new RehearsalStatus();
+    this.nearness = new NearnessGauge();
+    this.overlay = h("div", { class: "overlay nearness-over-scene" }, this.nearness.element);
     this.changedState = whenChanged();
     this.changedTargets = whenChanged();
     this.changedFields = whenChanged();
@@ -96,6 +99,7 @@ export default class RehearsePanel {
     this.changedFields([state.settings, adjustable], () => this.renderFields(state.settings, adjustable));
     this.rehearsalOptions.update(state);
     this.devices.update(state);
+    this.nearness.update(state.nearness);
     const { state: drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed } = rehearsal;
     this.changedState([drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed, state.plan_use, targets.length], () => this.renderState(state, rehearsal, targets.length));
     this.renderProgress(rehearsal);

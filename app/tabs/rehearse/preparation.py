@@ -31,6 +31,7 @@ from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.robots import PlacedRobot
+from vfix_engine.virtual_fixtures import SoftRegion, SoftZone, Zone
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
 
@@ -45,6 +46,7 @@ class PreparedRehearsal(PreparedDrive[RigidSnapshot]):
     robot: placed. items: points and targets of the plan from which it was made; curve: positions (n, 3) along its path,
     LPS [mm]. options: source of its standing fixtures. planned: figures of its dry run, None where it is not
     known. made_of: the plan's key, with its registration as read for it; None where that was not read.
+    protected: the plan's protected structures, the hard ones first.
     """
 
     spec: RigidSpec
@@ -55,6 +57,7 @@ class PreparedRehearsal(PreparedDrive[RigidSnapshot]):
     options: RehearsalOptions = NO_OPTIONS
     planned: DryRunFigures | None = None
     made_of: PlanKey | None = None
+    protected: tuple[Zone | SoftZone | SoftRegion, ...] = ()
 
     def refusal(self, asked: ControlSettings, in_force: ControlSettings, snapshot: RigidSnapshot | None) -> str:
         """A margin that exceeds the tool's clearance at its pose."""
@@ -113,6 +116,7 @@ def prepare(services: Services, plan: Plan, options: RehearsalOptions = NO_OPTIO
         items=tuple(plan_items(plan)),
         curve=curve_points(SplinePath(np.asarray(scene.path_points))),
         options=options,
+        protected=(*found.zones.zones, *found.zones.soft_zones),
         planned=DryRunFigures.of(found, tissue, services.planning.ways(plan)),
     )
 

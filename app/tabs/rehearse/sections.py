@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NotRequired, TypedDict
+from typing import Literal, NotRequired, TypedDict
 
 from app.drives.sections import DetailsSection, DriveMotion, DriveSection
 from app.messages.sections import Position
@@ -35,6 +35,21 @@ class RehearsalSection(MotionView, DriveSection):
 
     plan_changed: NotRequired[bool]
     target_id: NotRequired[str | None]
+
+
+class NearnessView(TypedDict):
+    """The tool's clearance to bone or to a protected structure; lengths in mm.
+
+    at_least: it is farther away than clearances are measured, which is the value. soft: the tool may enter its layer,
+    whose thickness is the margin. level: as in a verdict; 'blocked' where the tool is nearer than the margin.
+    """
+
+    name: str
+    clearance_mm: float
+    margin_mm: float
+    at_least: bool
+    soft: bool
+    level: Literal["fits", "tight", "blocked"]
 
 
 class SettingField(TypedDict):
@@ -108,7 +123,10 @@ class ToolSection(TypedDict):
 
 
 class RehearsalSections(TypedDict):
-    """The rehearsal of the open plan; driven and curve: of the plan that is driven where that is an older one."""
+    """The rehearsal of the open plan; driven and curve: of the plan that is driven where that is an older one.
+
+    nearness: bone, then the protected structures; empty without a robot.
+    """
 
     rehearsal: RehearsalSection
     driven: ItemsSection | None
@@ -117,3 +135,4 @@ class RehearsalSections(TypedDict):
     settings: SettingsSection
     options: OptionsSection
     tool: ToolSection
+    nearness: list[NearnessView]

@@ -19,8 +19,8 @@ from app.tabs.rehearse.drive_nodes import DriveNodes
 from app.tabs.rehearse.drive_session import RehearsalDrive, RehearsalDrives, RehearsalRecord, RehearsalSession
 from app.tabs.rehearse.hints import rehearse_hint
 from app.tabs.rehearse.options import CentrePlaces, options_section, place_of
-from app.tabs.rehearse.sections import OptionsSection, RehearsalSection
-from app.tabs.rehearse.view import details_section, rehearsal_section, settings_section, tool_section
+from app.tabs.rehearse.sections import NearnessView, OptionsSection, RehearsalSection
+from app.tabs.rehearse.view import details_section, nearness_section, rehearsal_section, settings_section, tool_section
 from app.workspace.layers import Layer
 from app.workspace.plan_items import curve_layer, curve_section, entries, items_layer, plan_items
 from app.workspace.workspace import Workspace
@@ -193,6 +193,7 @@ class RehearseTab(RehearsalSession):
             "settings": Section(settings, lambda: settings_section(*settings)),
             "options": self._options(now),
             "tool": Section(Same(snapshot), lambda: tool_section(snapshot)),
+            "nearness": self._nearness(now),
         }
         if driven is not None:
             sections["curve"] = Section(Same(driven), lambda: curve_section(driven.curve))
@@ -203,6 +204,11 @@ class RehearseTab(RehearsalSession):
         self.finish(section)
         section["plan_changed"] = self._changed
         return section
+
+    def _nearness(self, now: RehearsalRecord) -> Section[list[NearnessView]]:
+        snapshot, margin = now.snapshot, _settings(now).kept_mm
+        zones = () if now.prepared is None else now.prepared.protected
+        return Section((Same(snapshot), Same(zones), margin), lambda: nearness_section(snapshot, zones, margin))
 
     def _options(self, now: RehearsalRecord) -> Section[OptionsSection]:
         plan, wanted = self.workspace.plan.current, self.wanted

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import cast
 
 import numpy as np
@@ -9,12 +10,15 @@ import numpy as np
 from app.drives import view as of_any_drive
 from app.drives.sections import DetailsSection
 from app.drives.view import drive_section, number, place
+from app.planning.nearness import REACH_MM, Nearness, nearness
 from app.tabs.rehearse.drive_figures import FELT_N, DriveFigures
 from app.tabs.rehearse.drive_session import RehearsalRecord
-from app.tabs.rehearse.sections import MotionView, RehearsalSection, SettingsSection, ToolSection
+from app.tabs.rehearse.sections import MotionView, NearnessView, RehearsalSection, SettingsSection, ToolSection
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.control import ControlSettings
 from vfix_engine.runtime.requests import SetTask
+from vfix_engine.virtual_fixtures import SoftRegion, SoftZone, Zone
+from vfix_engine.worlds.rigid.dry_run import TIGHT_MM
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 # Settings with a slider on the page; the others come from the plan.
@@ -27,6 +31,7 @@ SHOWN_SETTINGS = {
 }
 
 
+ROUNDED_MM = 5e-3  # of a clearance that is shown
 STOOD_MM = 1e-3  # a grip that moved less between two snapshots counts as still
 _ACROSS = {  # by phase: why a force moves nothing without an obstacle
     "follow": "The pull is across the path: it moves the tool neither forward nor back",
@@ -100,6 +105,29 @@ def details_section(snapshot: RigidSnapshot | None) -> DetailsSection:
     """Timing of the control loop, with the rows of its program."""
     found = of_any_drive.details_section(snapshot)
     return found if snapshot is None else {**found, "rows": snapshot.rows}
+
+
+def nearness_section(
+    snapshot: RigidSnapshot | None, zones: Sequence[Zone | SoftZone | SoftRegion], bone_margin_mm: float
+) -> list[NearnessView]:
+    """Clearance of the tool to bone, and to the protected structures of the driven plan."""
+    if snapshot is None:
+        return []
+    bone = Nearness("bone", min(snapshot.clearance_mm, snapshot.threshold_mm), bone_margin_mm)
+    others = nearness(zones, snapshot.segments_start, snapshot.segments_end, snapshot.radius)
+    return [_near(bone, snapshot.threshold_mm), *(_near(one, REACH_MM) for one in others)]
+
+
+def _near(one: Nearness, reach_mm: float) -> NearnessView:
+    left = one.clearance_mm - one.margin_mm
+    return {
+        "name": one.name,
+        "clearance_mm": round(one.clearance_mm, 2),
+        "margin_mm": round(one.margin_mm, 2),
+        "at_least": one.clearance_mm >= reach_mm,
+        "soft": one.soft,
+        "level": "fits" if left >= TIGHT_MM else "blocked" if left < -ROUNDED_MM and not one.soft else "tight",
+    }
 
 
 def settings_section(

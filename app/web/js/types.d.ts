@@ -989,6 +989,21 @@ export interface ToolSection {
   radii_mm: number[];
 }
 
+/**
+ * The tool's clearance to bone or to a protected structure; lengths in mm.
+ *
+ * at_least: it is farther away than clearances are measured, which is the value. soft: the tool may enter its layer,
+ * whose thickness is the margin. level: as in a verdict; 'blocked' where the tool is nearer than the margin.
+ */
+export interface NearnessView {
+  name: string;
+  clearance_mm: number;
+  margin_mm: number;
+  at_least: boolean;
+  soft: boolean;
+  level: "fits" | "tight" | "blocked";
+}
+
 export interface Hello {
   id?: number | null;
   type: "hello";
@@ -1603,6 +1618,7 @@ export interface ViewModel {
   instruments?: InstrumentsSection;
   jobs?: JobsSection;
   labels?: LabelView[];
+  nearness?: NearnessView[];
   openings?: OpeningsSection;
   options?: OptionsSection;
   painted?: LabelsSection;
@@ -1745,6 +1761,10 @@ export interface Commands {
     locked: boolean;
     revision?: number | null;
   };
+  "master": {
+    position: [number, number, number];
+    clutch: boolean;
+  };
   "opening.use": {
     opening_id: string;
   };
@@ -1862,6 +1882,9 @@ export interface Commands {
   "project": {
     points: [number, number, number][];
   };
+  "rate": {
+    axes: [number, number, number, number, number, number];
+  };
   "redo": {
     revision?: number | null;
   };
@@ -1945,6 +1968,10 @@ export interface Commands {
   };
   "registration.use": {
     used: boolean;
+  };
+  "rehearsal.control": {
+    mode: "freehand" | "hands-on" | "teleoperated";
+    device?: "position" | "rate";
   };
   "rehearsal.end": {};
   "rehearsal.let_go": {};

@@ -67,7 +67,6 @@ def test_a_steady_one_touches_nothing(capsys: pytest.CaptureFixture[str]) -> Non
         ["--soft-tissue"],
         ["--remote-centre"],
         ["--speed-limit"],
-        ["--preset", "li2004"],
         ["--approach", "10"],
         ["--tube", "1"],
         ["--margin", "0.5"],

@@ -20,9 +20,8 @@ from vfix_engine.errors import InputError
 from vfix_engine.registration import register_points
 from vfix_engine.robots import Tool
 from vfix_engine.runtime.command import Command, Master
-from vfix_engine.runtime.control_mode import Control
 from vfix_engine.runtime.driver import Driver
-from vfix_engine.runtime.requests import SetControl, SetTask
+from vfix_engine.runtime.requests import SetTask
 from vfix_engine.runtime.run import Run, RunWriter
 from vfix_engine.study.error_chain import (
     PAPERS,
@@ -58,11 +57,10 @@ class Drive:
     run: Run
     scene: Scene
     snapshots: list[RigidSnapshot] = field(default_factory=list)
-    hands_on: bool = True
 
     def tally(self, chain: ErrorChain) -> tuple[dict[str, Any], list[Truth]]:
         tally = TruthTally(chain, self.scene, SETTINGS.margin_mm)
-        truths = [tally.add(one, self.hands_on) for one in self.snapshots]
+        truths = [tally.add(one) for one in self.snapshots]
         return tally.report(), truths
 
     @property
@@ -83,7 +81,7 @@ def drive(folder: Path, mode: str, compensated: float = 0.0) -> Drive:
     system = spec.build()
     writer = RunWriter(folder / mode, spec, system.row_layout)
     driver = Driver(system, log=writer)
-    found = Drive(Run({}, {}, np.zeros((0, 14)), (), True, 0), system.scene, hands_on=mode == "hands-on")
+    found = Drive(Run({}, {}, np.zeros((0, 14)), (), True, 0), system.scene)
     for i in range(250):
         pull = 2.0 * np.array([np.sin(0.05 * i), np.cos(0.05 * i), 0.0]) + [0.0, 0.0, 1.0]
         tangent = driver.state.nearest.tangent
@@ -164,9 +162,10 @@ def test_a_hand_on_the_robot_deflects_it_by_its_force_and_a_master_does_not(
         score = score_run(each.run, errors=chain)
         assert score.mode == mode
         assert score.truth == pytest.approx(each.tally(chain)[0]["truth"])
-    # The weight of a resting hand, which no zeroed sensor shows, is there at rest as well.
-    weighed = hands_on.tally(ErrorChain(compliance=Compliance(0.2, hand_weight_n=1.5)))[1][-1]
-    np.testing.assert_allclose(weighed.true - weighed.believed, [0.0, 0.3, 0.0], atol=1e-12)
+    # The weight of the pushing hand, which no zeroed sensor shows.
+    weighed = hands_on.tally(ErrorChain(compliance=Compliance(0.25, hand_weight_n=1.2)))[1]
+    more = np.array([one.true for one in weighed]) - [one.true for one in truths]
+    np.testing.assert_allclose(more, force.any(axis=1)[:, None] * [0.0, 0.3, 0.0], atol=1e-12)
 
 
 def test_the_true_clearance_is_that_of_another_library_and_what_is_below_the_margin_is_counted(
@@ -219,10 +218,11 @@ def test_a_rate_device_bends_nothing_and_is_not_compensated_for(tmp_path: Path, 
     state = system.start()
     push = Command(3.0 * state.nearest.tangent)
     assert np.linalg.norm(system.step(state, push).deflection) == pytest.approx(0.45)
-    remote = system.apply(state, SetControl(Control("teleoperated", "rate")))
-    assert not system.step(remote, push).deflection.any()
-    back = system.apply(remote, SetControl(Control("hands-on")))
-    assert system.step(back, push).deflection.any()
+    device = system.step(state, replace(push, rate=True))
+    assert not device.deflection.any()
+    bent = TrueTool(ErrorChain(compliance=Compliance(0.15)), system.scene.tool, system.scene.placed_robot())
+    truth = bent.at(sample_of(system.snapshot(device), system.scene.tool))
+    assert truth.difference_mm == 0.0
 
 
 def test_a_hand_that_pushes_into_bone_with_all_its_force_finds_the_margin_kept_where_it_is_compensated() -> None:
@@ -237,7 +237,7 @@ def test_a_hand_that_pushes_into_bone_with_all_its_force_finds_the_margin_kept_w
         operator, driver = PushingOperator(2), Driver(system)
         driver.apply(SetTask("free"))
         for _ in range(400):
-            tally.add(system.snapshot(driver.act(operator(system, driver.state))), True)
+            tally.add(system.snapshot(driver.act(operator(system, driver.state))))
         below[compensated] = tally.report()["truth"]
     assert below[0.0]["steps_below_margin"] > 10
     assert below[0.15]["steps_below_margin"] == 0
@@ -346,7 +346,7 @@ def test_a_run_is_followed_as_it_was_live(hands_on: Drive) -> None:
     assert score.truth == pytest.approx(report["truth"], abs=1e-9)
     assert 0.05 < report["true_error_mm"]["mean"] < 2.0
     one = hands_on.snapshots[30]
-    pose = sample_of(one, hands_on.scene.tool, True)
+    pose = sample_of(one, hands_on.scene.tool)
     rotation, _ = hands_on.scene.placed_robot().tip_pose(one.q)
     np.testing.assert_allclose(pose.rotation, rotation, atol=1e-12)
 
@@ -356,7 +356,7 @@ def test_a_free_hand_has_no_stage_of_a_robot(hands_on: Drive) -> None:
         RegistrationError((0.5, 0.0, 0.0)), EncoderError(backlash_mm=1.0), ServoLag(0.1), Compliance(0.3, 2.0)
     )
     tool = TrueTool(chain, hands_on.scene.tool, None)
-    truth = tool.at(sample_of(hands_on.snapshots[40], hands_on.scene.tool, False))
+    truth = tool.at(sample_of(hands_on.snapshots[40], hands_on.scene.tool)._replace(q=None, force=None))
     np.testing.assert_allclose(truth.true - truth.believed, [0.5, 0.0, 0.0], atol=1e-12)
 
 

@@ -18,7 +18,7 @@ from ...worlds.freehand.spec import FreehandSpec
 from ...worlds.rigid.row import OUTCOMES, PHASES
 from ...worlds.rigid.state import RehearsalState
 from ...worlds.rigid.system import RigidSystem
-from .samples import Samples, hand_on_robot
+from .samples import Samples
 
 SAME = 1e-6  # in mm and rad: a step made anew that ends further from the recorded pose is not the recorded one
 HELD = OUTCOMES.index("held")
@@ -73,7 +73,6 @@ class _Steps:
         self._run, self._samples, self._system = run, samples, system
         joints = sum(column.name[0] == "q" for column in run.columns)
         self._q, self._v = (np.column_stack([run.column(f"{kind}{joint}") for joint in range(joints)]) for kind in "qv")
-        self._on_robot = hand_on_robot(run)
         self._force = np.column_stack([run.column(f"force_{axis}") for axis in "xyz"])
 
     def held_by(self, place: int) -> HeldBy | None:
@@ -107,8 +106,7 @@ class _Steps:
             near = None if path is None else PathPoint.at(path, float(samples.path_s[row]))
             settings = samples.settings[row]
             tool = system.measure(self._q[index - 1], self._v[index - 1], settings)
-            target, on_robot = int(samples.target[row]), bool(self._on_robot[index - 1])
-            state = RehearsalState(tool, mode_of(phase), phase, near, target, index, settings, hand_on_robot=on_robot)
+            state = RehearsalState(tool, mode_of(phase), phase, near, int(samples.target[row]), index, settings)
         for request in asked:
             if isinstance(request, Request):
                 state = system.apply(state, request)

@@ -11,8 +11,7 @@ from ...control import ControlSettings
 from ...errors import InputError
 from ...geometry.path import SplinePath
 from ...robots import Tool
-from ...runtime.control_mode import HANDS_ON, MIXED
-from ...runtime.requests import Reset, SetControl, SetSettings
+from ...runtime.requests import Reset, SetSettings
 from ...runtime.run import Run
 from ...runtime.system import SystemSpec
 from ...virtual_fixtures.zones import ANATOMY, ordered
@@ -124,17 +123,11 @@ def _deflection(run: Run, settings: list[ControlSettings], force: Array, phase: 
 
 
 def hand_on_robot(run: Run) -> BoolArray:
-    """(n,) whether a hand led the robot by its handle in each step: hands-on, and not by a master.
-
-    What led a run of changed modes before the first change is what it was changed from.
-    """
-    master = run.ticks[:, [name for name, _ in run.manifest["columns"]].index("master")] != 0.0
-    changes = [(one.at, one.content.control) for one in run.events if isinstance(one.content, SetControl)]
-    hands_on = run.mode == HANDS_ON or (run.mode == MIXED and changes[0][1].mode != HANDS_ON)
-    held = np.full(len(run.ticks), hands_on)
-    for at, control in changes:
-        held[at:] = control.mode == HANDS_ON
-    return held & ~master
+    """(n,) whether the force of each step is that of a hand on the robot: not of a device, nor of a free hand."""
+    if run.manifest["world"] == "freehand":
+        return np.zeros(len(run.ticks), dtype=bool)
+    device: Array = run.ticks[:, [name for name, _ in run.manifest["columns"]].index("master")]
+    return np.asarray(device == 0.0)
 
 
 def _settings(run: Run, first_ones: ControlSettings, first: int) -> list[ControlSettings]:

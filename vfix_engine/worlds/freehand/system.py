@@ -118,7 +118,8 @@ class FreehandSystem:
     def grip(self, state: FreehandState) -> Grip:
         """The grip on the tool's shaft."""
         grip = self.scene.tool.grip(state.rotation, state.position)
-        return Grip(grip, state.settings.stiffness_n_per_mm, state.settings.force_cap_n)
+        axes = camera_at(state.rotation, state.position, self.scene.tool)[:3, :3]
+        return Grip(grip, state.settings.stiffness_n_per_mm, state.settings.force_cap_n, axes)
 
     def row(self, state: FreehandState, out: Array) -> None:
         write_row(state, out)

@@ -33,7 +33,8 @@ class RigidSnapshot(of_any_world.Snapshot):
     target_error_mm: |P_v − P_t|, NaN outside inspection.
     deflection: (3,) in mm of the tip under the hand, which is compensated; tip_error_mm is of the deflected tip.
     emergencies: steps so far that had to exceed a joint's acceleration limit.
-    teleoperated: a master drives; ``reflection`` is the force on it then, no more than the force cap.
+    teleoperated: a master or a rate device drives; ``reflection`` is the force on a master then, no more than the
+        force cap; a rate device has springs of its own, and gets none.
     """
 
     grip: Array

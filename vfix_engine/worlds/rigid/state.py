@@ -18,7 +18,7 @@ ZEROS.setflags(write=False)
 class LastStep(NamedTuple):
     """The step that led to a state: effective force (3,) in N and torque (3,) in N·mm.
 
-    end: the end of the path that the hand pushes against, in words, or ''; teleoperated: driven by a master.
+    end: the end of the path that the hand pushes against, in words, or ''; teleoperated: by a master or a rate device.
     """
 
     report: StepReport
@@ -34,8 +34,7 @@ class RehearsalState:
 
     nearest: point of the path nearest to the tip while it follows the path; in other modes the last one.
     emergencies: steps so far that exceeded an acceleration limit; lag: (3,) in mm that the tool is behind its master.
-    hand_on_robot: a hand leads the robot by its handle, except where a master drives.
-    deflection: (3,) in mm of the tip under that hand, which is compensated: ``nearest`` is of the deflected tip.
+    deflection: (3,) in mm of the tip under a hand on the robot, which is compensated: ``nearest`` is of the deflected tip.
     chosen: the path's point that is approached first, until the tip is there; None: none was chosen.
     fallbacks: steps so far in which the papers' demand of progress (14) had no solution.
     settings: current; last: the step that led here, None after a start or a change of the task.
@@ -52,7 +51,6 @@ class RehearsalState:
     lag: Array = field(default_factory=lambda: ZEROS)
     chosen: PathPoint | None = None
     fallbacks: int = 0
-    hand_on_robot: bool = True
     deflection: Array = field(default_factory=lambda: ZEROS)
     last: LastStep | None = field(default=None, repr=False, compare=False)
 

@@ -19,7 +19,7 @@ from ...errors import ControlError, InputError
 from ...geometry.vectors import length
 from ...kernels.triples import Triple, dot, minus, norm, over, plus, times, triple
 from ...runtime.command import Command
-from ...runtime.control_mode import FREEHAND, HANDS_ON
+from ...runtime.control_mode import FREEHAND
 from ...runtime.requests import Request, SetControl, SetSettings, SetTask
 from ...runtime.system import Background, Column, Grip
 from .command_values import array_of, share_of
@@ -27,7 +27,7 @@ from .hand_kernel import torque_about_tip, torque_about_view
 from .requests import ApproachPoint
 from .row import RowWriter
 from .scene import Scene
-from .snapshot import RigidSnapshot, snapshot_of
+from .snapshot import RigidSnapshot, camera_at, snapshot_of
 from .state import ZEROS, LastStep, RehearsalState
 from .teleoperation import advance_leader, consume_motion, spring
 
@@ -123,7 +123,7 @@ class RigidSystem:
         if isinstance(request, SetControl):
             if request.control.mode == FREEHAND:
                 raise ControlError("a tool on a robot is not in a free hand; end this drive and start another one")
-            return replace(state, lag=ZEROS, hand_on_robot=request.control.mode == HANDS_ON)
+            return replace(state, lag=ZEROS)
         if isinstance(request, SetSettings):
             settings = request.settings
             if not isinstance(settings, ControlSettings):
@@ -188,9 +188,11 @@ class RigidSystem:
         return idle and not bool(np.abs(state.tool.velocity).max() > STILL)
 
     def grip(self, state: RehearsalState) -> Grip:
-        """The grip on the tool's shaft."""
-        settings = state.settings
-        return Grip(self._grip(state.tool), settings.stiffness_n_per_mm, settings.force_cap_n)
+        """The grip on the tool's shaft; by the papers' program a device has the axes of the robot's base (V.F.1)."""
+        settings, tip = state.settings, state.tool.tip
+        base = self.scene.printed is not None
+        axes = self.scene.base[:3, :3] if base else camera_at(tip.rotation, tip.position, self.scene.tool)[:3, :3]
+        return Grip(self._grip(state.tool), settings.stiffness_n_per_mm, settings.force_cap_n, axes)
 
     def row(self, state: RehearsalState, out: Array) -> None:
         self._row.write(state, out)
@@ -217,20 +219,22 @@ class RigidSystem:
         force, lag = hand_force(command.force, settings.force_cap_n), ZEROS
         drive = share_of(command.drive, "drive")
         twist = share_of(command.twist, "twist")
+        turns = self._turns(command, settings) if command.rate else ZEROS
         reach = math.inf
         if master is not None:
             lag = advance_leader(state.lag, master, settings)
             force, drive, reach = triple(spring(lag, settings)), 0.0, length(lag)
         controller = self._controller_of(settings)
         if state.mode == "path":
-            done = self._path_step(controller, state, force, drive, reach, master is None and state.hand_on_robot)
+            done = self._path_step(controller, state, force, drive, reach, master is None and not command.rate)
         elif state.mode == "inspect":
-            done = self._inspect_step(controller, state, force, drive, twist, reach)
+            done = self._inspect_step(controller, state, force, drive, twist, reach, turns)
         else:
             # Li 2007, section V.F: the master moves the tip; on the grip a force turns the tool as well.
-            turning = force if master is None else NO_FORCE
+            turning = force if master is None and not command.rate else NO_FORCE
             turn = twist * settings.force_cap_n * self.scene.tool.grip_from_bend
             torque = np.array(torque_about_tip(*controller.context.kernel_sizes, state.tool.numbers, turning, turn))
+            torque = torque + turns if command.rate else torque
             hand = HandCommand(np.array(force), torque, reach)
             report = controller.step(state.tool, FREELY, hand)
             done = _Stepped(report, state.phase, state.nearest, hand.force, torque)
@@ -248,10 +252,15 @@ class RigidSystem:
             lag,
             state.chosen if done.phase == "approach" else None,
             state.fallbacks + done.fell_back,
-            state.hand_on_robot,
             done.deflection,
-            LastStep(done.report, done.force, done.torque, done.end, master is not None),
+            LastStep(done.report, done.force, done.torque, done.end, master is not None or command.rate),
         )
+
+    def _turns(self, command: Command, settings: ControlSettings) -> Array:
+        """Torque (3,) in N·mm of a rate device's three rotations, each at most that of the force cap at the grip."""
+        shares = np.array([share_of(value, "axis") for value in array_of(command.axes, "the axes").tolist()])
+        torque: Array = settings.force_cap_n * self.scene.tool.grip_from_bend * shares
+        return torque
 
     def _path_step(
         self, controller: Controller, state: RehearsalState, force: Triple, drive: float, reach: float, on_robot: bool
@@ -306,7 +315,14 @@ class RigidSystem:
         return controller.step(tool, task, hand), True
 
     def _inspect_step(
-        self, controller: Controller, state: RehearsalState, force: Triple, drive: float, twist: float, reach: float
+        self,
+        controller: Controller,
+        state: RehearsalState,
+        force: Triple,
+        drive: float,
+        twist: float,
+        reach: float,
+        turns: Array,
     ) -> _Stepped:
         settings, number = state.settings, state.target
         cap, tolerance, push = settings.force_cap_n, settings.target_tolerance_mm, np.array(force)
@@ -315,7 +331,8 @@ class RigidSystem:
             *controller.context.kernel_sizes, state.tool.numbers, force, turn, self._goals[number]
         )
         if off <= (tolerance if state.phase == "inspect_hold" else ON_TARGET_SHARE * tolerance):
-            hand = HandCommand(push, np.array(torque), reach / lever)
+            about_view = np.array(torque) if turns is ZEROS else np.array(torque) + turns
+            hand = HandCommand(push, about_view, reach / lever)
             report = controller.step(state.tool, self._inspections[number], hand)
             return _Stepped(report, "inspect_hold", state.nearest, push, hand.torque)
         pull = push

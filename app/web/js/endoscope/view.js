@@ -3,6 +3,7 @@ import { note } from "../dialogs.js";
 import { h, icon, whenChanged } from "../dom.js";
 import { pacing } from "../frame-pacing.js";
 import { LAID_OUT } from "../layout.js";
+import { NearnessGauge } from "../nearness.js";
 import { saveBlob } from "../rest.js";
 import { say } from "../said.js";
 import { length, minus } from "../slices/vectors.js";
@@ -45,6 +46,7 @@ export class EndoscopeView {
     });
     this.tools = new ScopeTools(this.canvas, (moves) => this.seenAnew(moves), () => this.save());
     this.swapButton = h("button", { type: "button", class: "icon plain scope-swap", id: "scope-swap", onclick: () => page.swap() }, icon("large"));
+    this.nearness = new NearnessGauge();
     this.source = h("span", { id: "scope-source" });
     this.channelWords = h("span", { class: "caution", role: "status" });
     /** @type {Renderer | null} */
@@ -62,7 +64,7 @@ export class EndoscopeView {
     this.changedPlan = whenChanged();
     this.channel = new PoseChannel((pose) => this.came(pose), (words) => this.told(words));
     this.surface = new SurfaceLoader((data) => this.loaded(data));
-    root.replaceChildren(this.canvas, this.tools.element, this.swapButton, h("p", { class: "scope-foot" }, this.source, this.channelWords), this.surface.element);
+    root.replaceChildren(this.canvas, this.tools.element, this.swapButton, this.nearness.element, h("p", { class: "scope-foot" }, this.source, this.channelWords), this.surface.element);
     this.canvas.addEventListener("webglcontextlost", (event) => this.lose(event));
     this.canvas.addEventListener("webglcontextrestored", () => this.recover());
     window.addEventListener(LAID_OUT, (event) => this.laidOut(/** @type {CustomEvent<string>} */ (event).detail));
@@ -85,6 +87,7 @@ export class EndoscopeView {
     this.channel.follow(live && plan ? plan.id : null);
     if (!live) this.driven = null;
     if (!this.visible) return;
+    this.nearness.update(state.nearness);
     if (!this.prepare(state)) {
       say(this.source, "");
       return;
