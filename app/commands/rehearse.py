@@ -85,7 +85,7 @@ def run(args: argparse.Namespace) -> int:
         report["robot_notes"] = list(scene.robot.notes)
     if held_by:
         report["standing"] = held_by
-    truths = Truths(args, services, plan, scene, settings.kept_mm)
+    truths = Truths(args, services, plan, scene, settings.kept_mm - settings.deflection_mm)
     poses, ways = Poses(truths.add), plan_ways(case.scans, plan)
     world = _world(scene, settings, args, poses)
     recorded = _recorded(services, world.spec, world.row_layout, args)
