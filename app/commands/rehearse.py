@@ -17,6 +17,7 @@ import numpy as np
 from app.commands.head_options import say_notes, told_of_file
 from app.commands.recorded_run import RecordedRun
 from app.commands.rehearse_arguments import add_arguments, check_arguments
+from app.commands.rehearse_errors import Truths
 from app.commands.rehearse_freehand import drive_freehand
 from app.commands.rehearse_scene import build_scene, robots_of
 from app.exchange.resolve import (
@@ -33,7 +34,7 @@ from app.settings import Settings
 from vfix_engine.anatomy.head_import import HeadRequest
 from vfix_engine.anatomy.soft_tissue import tissue_passed
 from vfix_engine.control import ControlSettings
-from vfix_engine.errors import InputError, VfixError
+from vfix_engine.errors import VfixError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.system import Column, SystemSpec
@@ -84,7 +85,8 @@ def run(args: argparse.Namespace) -> int:
         report["robot_notes"] = list(scene.robot.notes)
     if held_by:
         report["standing"] = held_by
-    poses, ways = Poses(), plan_ways(case.scans, plan)
+    truths = Truths(args, services, plan, scene, settings.kept_mm - settings.deflection_mm)
+    poses, ways = Poses(truths.add), plan_ways(case.scans, plan)
     world = _world(scene, settings, args, poses)
     recorded = _recorded(services, world.spec, world.row_layout, args)
     try:
@@ -103,6 +105,7 @@ def run(args: argparse.Namespace) -> int:
         report["reason"] = report["reason"] or obstacle or "the tool no longer moves along the path"
     if notes:
         report["notes"] = list(notes)
+    report |= truths.report()
     report["soft_tissue"] = asdict(tissue_passed(case.scan(), poses.kept))
     report["pierced"] = asdict(PiercedReport.of(pierced_by_poses(ways, poses.kept)))
     unknown = "" if case.uncertainty.voxel_mm else f"{case.uncertainty.words()}; the margin has to cover that"
@@ -141,12 +144,14 @@ def _world(scene: Scene, settings: ControlSettings, args: argparse.Namespace, po
 
 
 class Poses:
-    """Poses of the tool in a drive, at least 0.5 mm apart, for `tissue_passed`."""
+    """Poses of the tool in a drive, at least 0.5 mm apart, for `tissue_passed`; ``also`` gets every snapshot."""
 
-    def __init__(self) -> None:
+    def __init__(self, also: Callable[[RigidSnapshot], None]) -> None:
         self.kept: list[tuple[float, np.ndarray, np.ndarray]] = []
+        self._also = also
 
     def add(self, snapshot: RigidSnapshot) -> None:
+        self._also(snapshot)
         ends = snapshot.segments_start, snapshot.segments_end
         if self.kept:
             moved = max(float(np.abs(new - old).max()) for new, old in zip(ends, self.kept[-1][1:], strict=True))
@@ -177,17 +182,15 @@ def _registered(services: Services | None, plan: Plan) -> tuple[Plan, ImageRegis
 def _recorded(
     services: Services | None, spec: SystemSpec, columns: tuple[Column, ...], args: argparse.Namespace
 ) -> RecordedRun | None:
-    """The recorder of the run; None without a writable store, where none is asked for with --record."""
-    if services is None and args.record is None:
-        return None
-    try:
-        seed = args.seed if args.operator == "pushing" or args.mode == FREEHAND else None
-        return RecordedRun(services, spec, columns, seed, _control(args), args.preset)
-    except (OSError, VfixError) as error:
-        if args.record is not None:
-            raise InputError(f"the run cannot be recorded: {error}") from error
-        say_notes([f"the run is not recorded: {error}"])
-        return None
+    """The recorder of the run; None without a writable store, unless --record asks for a run that is not stored."""
+    seed = args.seed if args.operator == "pushing" or args.mode == FREEHAND else None
+    labels = (seed, _control(args), args.preset)
+    if services is not None:
+        try:
+            return RecordedRun(services, spec, columns, *labels)
+        except (OSError, VfixError) as error:
+            say_notes([f"the run is not recorded: {error}"])
+    return None if args.record is None else RecordedRun(None, spec, columns, *labels)
 
 
 def _headless(

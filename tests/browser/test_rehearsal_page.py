@@ -406,7 +406,7 @@ def test_one_click_changes_who_leads_the_tool_and_a_free_hand_is_told_in_colour(
     expect(page.locator("#contacts li").first).to_contain_text("in bone")
     station.picture("rehearse-freehand")
     page.mouse.up()
-    page.click("#end-run")
+    page.click("#finish-run")
     station.wait_for("the runs", lambda: len(rest.client.get(f"/api/v1/runs?plan_id={plan}").json()) == 2)
     assert [run["mode"] for run in rest.client.get(f"/api/v1/runs?plan_id={plan}").json()] == ["freehand", "mixed"]
     assert station.errors == []

@@ -8,6 +8,7 @@ import { NearnessGauge } from "/static/js/nearness.js";
 import { say } from "/static/js/said.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
 import { DeviceMenu } from "./device-menu.js";
+import { EndCard } from "./end-card.js";
 import { ModesGroup, WITHOUT } from "./modes.js";
 import { preselected } from "./preselected.js";
 import { RehearsalStatus } from "./status.js";
@@ -49,7 +50,6 @@ export default class RehearsePanel {
     this.words = h("p", { class: "words" });
     this.startButton = h("button", { type: "button", class: "primary", id: "start", onclick: () => this.startOrPause() });
     this.resetButton = h("button", { type: "button", id: "reset", onclick: () => this.resetOrEnd() }, "Reset to entry");
-    this.endButton = h("button", { type: "button", id: "end-run", title: "Ends the run, which is kept", onclick: () => connection.send("rehearsal.end") }, "End run");
     this.leaseWords = h("p", { class: "words" });
     this.leaseButton = h("button", { type: "button", class: "wide", id: "lease", onclick: () => this.lease() });
     this.modeButtons = TASKS.map(([mode, label]) =>
@@ -86,9 +86,8 @@ export default class RehearsePanel {
     this.registration = new UsedRegistration("driven-registration", true);
     this.tissueWords = h("p", { class: "words", hidden: true });
     this.unrecorded = h("p", { class: "words caution", id: "unrecorded", role: "status", hidden: true });
-    this.element = h("div", {},
-      this.controls.element,
-      group("Drive", null, this.words, this.unrecorded, this.registration.element, this.tissueWords, h("div", { class: "buttons even" }, this.startButton, this.resetButton, this.endButton)),
+    this.endCard = new EndCard(connection);
+    this.element = h("div", {}, this.endCard.element,
       group("Handle", null, this.leaseWords, this.leaseButton),
       group("Task", null, this.modes, this.target, this.modeWords,
         h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
@@ -105,6 +104,7 @@ export default class RehearsePanel {
     const targets = (state.driven ?? state.plan)?.targets ?? []; // those of the robot that is there
     this.changedTargets([targets], () => this.renderTargets(targets));
     this.preselect(state, targets);
+    this.endCard.update(state);
     this.registration.update(state);
     const live = isLive(rehearsal);
     const adjustable = live && Boolean(rehearsal.mine);
@@ -148,7 +148,6 @@ export default class RehearsePanel {
     this.resetButton.textContent = silent ? "End process" : "Reset to entry";
     this.resetButton.title = changed && isBlocked(state) ? brief(state.plan_use?.words ?? "") : "";
     this.resetButton.disabled = !driving && !(silent && (rehearsal.mine || rehearsal.can_take));
-    this.endButton.disabled = !driving || rehearsal.state === "ready";
     say(this.leaseWords, !live ? "The handle appears when the robot is in place." : rehearsal.mine
       ? "This window holds the handle. Drag the sphere on the shaft."
       : rehearsal.can_take ? "Nobody holds the handle." : `${rehearsal.holder ?? "Another window"} holds the handle. You watch, and may pause.`);

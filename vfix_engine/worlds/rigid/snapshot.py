@@ -66,6 +66,7 @@ class RigidSnapshot(ToolOfSnapshot, of_any_world.Snapshot):
     active: in words, every constraint that acts on the step, strongest first, also where it costs no motion.
     clearance_mm: of the whole tool, exact up to threshold_mm.
     target_error_mm: |P_v − P_t|, NaN outside inspection.
+    deflection: (3,) in mm of the tip under the hand, which is compensated; tip_error_mm is of the deflected tip.
     emergencies: steps so far that had to exceed a joint's acceleration limit.
     teleoperated: a master or a rate device drives; ``reflection`` is the force on a master then, no more than the
         force cap; a rate device has springs of its own, and gets none.
@@ -90,6 +91,7 @@ class RigidSnapshot(ToolOfSnapshot, of_any_world.Snapshot):
     rows: int
     emergencies: int = field(default_factory=int)
     teleoperated: bool = field(default_factory=bool)
+    deflection: Array = field(default_factory=lambda: np.zeros(3))
 
     @property
     def reflection(self) -> Array:
@@ -145,6 +147,7 @@ def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> R
         steps=state.steps,
         emergencies=state.emergencies,
         teleoperated=teleoperated,
+        deflection=state.deflection,
         certified=True,
     )
 
@@ -175,7 +178,7 @@ def _on_path(scene: Scene, state: RehearsalState) -> tuple[float, float, float]:
     """Distance of the tip to the path, arc length there, and the path's length; zeros without a path."""
     if scene.path is None or state.nearest is None:
         return 0.0, 0.0, 0.0
-    tip, near = state.tool.tip.position, state.nearest
+    tip, near = state.believed_tip, state.nearest
     s, position = near.s, near.position
     if state.mode != "path":  # off the path the tip may be anywhere: no branch is preferred there
         s, position, _ = scene.path.closest(tip)
