@@ -33,6 +33,15 @@ def has_app() -> bool:
     return not missing_modules()
 
 
+class ExtraMissing(VfixError):
+    """Something needs packages of an extra that is not installed."""
+
+
+def need_extra(what: str, extra: str) -> ExtraMissing:
+    """The error of ``what``, the subject of a sentence, which needs the packages of an extra."""
+    return ExtraMissing(f"{what} needs packages that are not installed: pip install 'vfix[{extra}]'.")
+
+
 def need_app(what: str) -> AppMissing:
     """The error of ``what``, the subject of a sentence, which needs the extra."""
     return AppMissing(f"{what} needs the page, the store and the server: pip install 'vfix[app]'.")

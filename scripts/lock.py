@@ -27,7 +27,8 @@ def compile_lock(name: str, *options: str) -> None:
 def main() -> int:
     """Write both lock files."""
     compile_lock("requirements.lock", "--extra", "app")
-    compile_lock("requirements-test.lock", "--extra", "app", "--extra", "test", "--constraint", "requirements.lock")
+    extras = [text for name in ("app", "mcap", "tables", "test") for text in ("--extra", name)]
+    compile_lock("requirements-test.lock", *extras, "--constraint", "requirements.lock")
     return 0
 
 

@@ -57,7 +57,6 @@ def main() -> None:
 
 def walk(page: NamedPage, client: httpx.Client, folder: Path, work: Path) -> None:
     """Make every picture in turn. folder: contains the slices. work: receives exported files."""
-    page.press("Hide")  # the first steps of a newcomer
     sample_plan.planned(page)
     registration.find_the_beads(page)
     registration.touch_them(page)

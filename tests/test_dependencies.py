@@ -27,6 +27,8 @@ PROJECT, BUILDING = SETTINGS["project"], SETTINGS["build-system"]["requires"]
 PACKAGE_OF = {
     "cv2": "opencv-python-headless",
     "fast_simplification": "fast-simplification",
+    "foxglove_schemas_protobuf": "foxglove-schemas-protobuf",
+    "google": "protobuf",
     "python_multipart": "python-multipart",
     "pinocchio": "pin",
     "SimpleITK": "simpleitk",
@@ -46,8 +48,13 @@ def installed() -> list[str]:
     return [name_of(text) for text in [*PROJECT["dependencies"], *EXTRAS["app"]]]
 
 
+def of_exports() -> list[str]:
+    """What the extras for exports of runs declare; the tests read every export back."""
+    return [name_of(text) for extra in ("mcap", "tables") for text in EXTRAS[extra]]
+
+
 def declared() -> list[str]:
-    return [*installed(), *(name_of(text) for text in EXTRAS["test"])]
+    return [*installed(), *of_exports(), *(name_of(text) for text in EXTRAS["test"])]
 
 
 def of_a_gpu() -> list[str]:
@@ -68,13 +75,13 @@ def test_every_dependency_has_its_licence_and_reason() -> None:
 
 
 def test_dependencies_are_sorted_and_stated_once() -> None:
-    assert set(EXTRAS) == {"app", "gpu", "test"}
+    assert set(EXTRAS) == {"app", "gpu", "mcap", "tables", "test"}
     for group in (PROJECT["dependencies"], *EXTRAS.values()):
         names = [name_of(text) for text in group]
         assert names == sorted(set(names))
 
 
-@pytest.mark.parametrize(("package", "brought_by"), [("vfix_engine", ()), ("app", ("app",))])
+@pytest.mark.parametrize(("package", "brought_by"), [("vfix_engine", ()), ("app", ("app", "mcap", "tables"))])
 def test_every_import_is_declared(package: str, brought_by: tuple[str, ...]) -> None:
     """Those of the engine without the extra: an installation of the engine alone has all that it imports."""
     imported = set()

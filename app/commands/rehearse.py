@@ -10,13 +10,15 @@ from collections.abc import Callable
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from app.commands.head_options import say_notes, told_of_file
+from app.commands.recorded_run import RecordedRun
 from app.commands.rehearse_arguments import add_arguments, check_arguments
-from app.commands.rehearse_freehand import at_hand_rate, drive_freehand
+from app.commands.rehearse_errors import Truths
+from app.commands.rehearse_freehand import drive_freehand
 from app.commands.rehearse_scene import build_scene, robots_of
 from app.exchange.resolve import (
     resolve_case,
@@ -30,15 +32,14 @@ from app.plans.model import Plan
 from app.services import Services, build_services
 from app.settings import Settings
 from vfix_engine.anatomy.head_import import HeadRequest
-from vfix_engine.anatomy.piercing import Ways
 from vfix_engine.anatomy.soft_tissue import tissue_passed
 from vfix_engine.control import ControlSettings
-from vfix_engine.errors import InputError, VfixError
+from vfix_engine.errors import VfixError
 from vfix_engine.frames import ImageRegistration
+from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.system import Column, SystemSpec
-from vfix_engine.worlds.freehand.spec import FreehandSpec
+from vfix_engine.worlds.freehand.spec import FreehandSpec, of_free_hand
 from vfix_engine.worlds.freehand.system import FreehandSystem
-from vfix_engine.worlds.rigid.csv_recorder import CsvRecorder
 from vfix_engine.worlds.rigid.dry_run import STATION_MM
 from vfix_engine.worlds.rigid.headless import HeadlessRun
 from vfix_engine.worlds.rigid.presets import PRESETS
@@ -47,9 +48,6 @@ from vfix_engine.worlds.rigid.scene import Scene
 from vfix_engine.worlds.rigid.servo import ServoWatch
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
-
-if TYPE_CHECKING:  # a drive without a store keeps no run
-    from app.commands.recorded_run import RecordedRun
 
 NOTICE = "Not for clinical use."
 PUSHING_STEPS = 2000
@@ -79,15 +77,17 @@ def run(args: argparse.Namespace) -> int:
     scene, settings, obstacle, held_by, dropped = build_scene(case, plan, args, robots, registration)
     say_notes(dropped)
     report = {"case": case.name, "plan": plan.name, "operator": args.operator, "task": args.task}
-    report |= {"robot": scene.robot.name, "tool": scene.tool.name}
-    if args.preset is not None:
+    control = _control(args)
+    report |= control.labels() | {"preset": args.preset, "robot": scene.robot.name, "tool": scene.tool.name}
+    if args.preset is not None and args.mode != FREEHAND:
         report |= PRESETS[args.preset].report()
     if scene.robot.notes:
         report["robot_notes"] = list(scene.robot.notes)
     if held_by:
         report["standing"] = held_by
-    poses, ways = Poses(), plan_ways(case.scans, plan)
-    world = _world(scene, settings, args, poses, ways)
+    truths = Truths(args, services, plan, scene, settings.kept_mm - settings.deflection_mm)
+    poses, ways = Poses(truths.add), plan_ways(case.scans, plan)
+    world = _world(scene, settings, args, poses)
     recorded = _recorded(services, world.spec, world.row_layout, args)
     try:
         report |= world.drive(recorded)
@@ -97,13 +97,15 @@ def run(args: argparse.Namespace) -> int:
             recorded.drop()
         raise
     if recorded is not None:
-        report["run"] = recorded.keep(case.id, plan.id if plan.revision else None, ways)  # a plan of a file has none
+        kept = recorded.keep(case.id, plan.id if plan.revision else None, ways, args.record)  # a file's plan has no id
+        report |= {} if services is None else {"run": kept}
     if obstacle:
         report["placing_reason"] = obstacle
     if not report["completed"]:
         report["reason"] = report["reason"] or obstacle or "the tool no longer moves along the path"
     if notes:
         report["notes"] = list(notes)
+    report |= truths.report()
     report["soft_tissue"] = asdict(tissue_passed(case.scan(), poses.kept))
     report["pierced"] = asdict(PiercedReport.of(pierced_by_poses(ways, poses.kept)))
     unknown = "" if case.uncertainty.voxel_mm else f"{case.uncertainty.words()}; the margin has to cover that"
@@ -125,13 +127,11 @@ class _World(NamedTuple):
     drive: Callable[[RecordedRun | None], dict[str, Any]]
 
 
-def _world(
-    scene: Scene, settings: ControlSettings, args: argparse.Namespace, poses: Poses, ways: Ways | None
-) -> _World:
+def _world(scene: Scene, settings: ControlSettings, args: argparse.Namespace, poses: Poses) -> _World:
     """A free hand, or a hand on the robot."""
     kept = SceneSpec.of(scene)
-    if args.mode == "freehand":
-        rated = at_hand_rate(settings)
+    if args.mode == FREEHAND:
+        rated = of_free_hand(settings)
         hand = FreehandSystem(scene, rated)
         drive = partial(drive_freehand, hand, args, poses.add)
         return _World(FreehandSpec(kept, rated), hand.row_layout, drive)
@@ -139,17 +139,19 @@ def _world(
     return _World(
         RigidSpec(kept, settings),
         rehearsal.system.row_layout,
-        lambda recorded: _rehearse(rehearsal, args, poses, recorded, ways),
+        lambda recorded: _drive(_headless(rehearsal, poses.add, recorded, args), args),
     )
 
 
 class Poses:
-    """Poses of the tool in a drive, at least 0.5 mm apart, for `tissue_passed`."""
+    """Poses of the tool in a drive, at least 0.5 mm apart, for `tissue_passed`; ``also`` gets every snapshot."""
 
-    def __init__(self) -> None:
+    def __init__(self, also: Callable[[RigidSnapshot], None]) -> None:
         self.kept: list[tuple[float, np.ndarray, np.ndarray]] = []
+        self._also = also
 
     def add(self, snapshot: RigidSnapshot) -> None:
+        self._also(snapshot)
         ends = snapshot.segments_start, snapshot.segments_end
         if self.kept:
             moved = max(float(np.abs(new - old).max()) for new, old in zip(ends, self.kept[-1][1:], strict=True))
@@ -180,39 +182,28 @@ def _registered(services: Services | None, plan: Plan) -> tuple[Plan, ImageRegis
 def _recorded(
     services: Services | None, spec: SystemSpec, columns: tuple[Column, ...], args: argparse.Namespace
 ) -> RecordedRun | None:
-    """The recorder of the run; None without a writable store."""
-    if services is None:
-        return None
-    from app.commands.recorded_run import RecordedRun
-
-    try:
-        seed = args.seed if args.operator == "pushing" or args.mode == "freehand" else None
-        return RecordedRun(services, spec, columns, seed)
-    except (OSError, VfixError) as error:
-        say_notes([f"the run is not recorded: {error}"])
-        return None
+    """The recorder of the run; None without a writable store, unless --record asks for a run that is not stored."""
+    seed = args.seed if args.operator == "pushing" or args.mode == FREEHAND else None
+    labels = (seed, _control(args), args.preset)
+    if services is not None:
+        try:
+            return RecordedRun(services, spec, columns, *labels)
+        except (OSError, VfixError) as error:
+            say_notes([f"the run is not recorded: {error}"])
+    return None if args.record is None else RecordedRun(None, spec, columns, *labels)
 
 
-def _rehearse(
-    rehearsal: Rehearsal, args: argparse.Namespace, poses: Poses, recorded: RecordedRun | None, ways: Ways | None
-) -> dict[str, Any]:
-    if args.record is None:
-        return _drive(HeadlessRun(rehearsal, poses.add, recorded, args.approach, _servo(args)), args)
-    try:
-        with CsvRecorder(args.record, ways) as recorder:
-
-            def keep(snapshot: RigidSnapshot) -> None:
-                recorder.add(snapshot)
-                poses.add(snapshot)
-
-            return _drive(HeadlessRun(rehearsal, keep, recorded, args.approach, _servo(args)), args)
-    except OSError as error:
-        raise InputError(f"the recording {args.record} cannot be written: {error.strerror}") from error
+def _headless(
+    rehearsal: Rehearsal, keep: Callable[[RigidSnapshot], None], recorded: RecordedRun | None, args: argparse.Namespace
+) -> HeadlessRun:
+    """The drive of a robot; with a preset its poses between the set points of the outer loop are measured too."""
+    servo = None if args.preset is None else ServoWatch()
+    return HeadlessRun(rehearsal, keep, recorded, args.approach, servo, _control(args))
 
 
-def _servo(args: argparse.Namespace) -> ServoWatch | None:
-    """What measures the poses between the set points of a preset's outer loop."""
-    return None if args.preset is None else ServoWatch()
+def _control(args: argparse.Namespace) -> Control:
+    """Mode and device that are asked for."""
+    return Control(args.mode, args.device or "position")
 
 
 def _follow(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
@@ -247,7 +238,8 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
         {"name": zone.name, "margin_mm": zone.margin_mm, "min_distance_mm": least}
         for zone, least in zip(run.rehearsal.controller.zones, run.least_of_zones, strict=True)
     ]
-    figures = run.tally.report() | {"margin_mm": settings.margin_mm, "path_length_mm": length}
+    figures = {"time_s": run.tally.steps * settings.dt_s, "certified": True} | run.tally.report()
+    figures |= {"margin_mm": settings.margin_mm, "path_length_mm": length}
     rooms = zip(run.limits, run.least_rooms, strict=True)
     limits = [{"name": limit.words, "least_room_mm": least} for limit, least in rooms]
     if run.servo is not None:

@@ -7,8 +7,11 @@ from pathlib import Path
 
 from app.commands.counts import natural, positive
 from app.commands.head_options import add_file_options
-from app.commands.rehearse_freehand import MODES, check_options
+from app.commands.rehearse_errors import add_compensation, add_error_arguments
+from app.commands.rehearse_freehand import check_options
+from app.exchange.runs.export import WRITERS, check_target
 from vfix_engine.errors import InputError
+from vfix_engine.runtime.control_mode import DEVICES, MODES
 from vfix_engine.worlds.rigid.presets import PRESETS
 
 
@@ -21,7 +24,10 @@ def add_arguments(parser: argparse.ArgumentParser, operators: tuple[str, ...]) -
         "--path", metavar="NAME", help="one of the plan's paths by name or id, instead of the chosen one"
     )
     parser.add_argument("--operator", choices=operators, default="scripted", help="whose hand it is")
-    parser.add_argument("--mode", choices=MODES, default="hands-on", help="a hand on the robot, or a free hand")
+    parser.add_argument(
+        "--mode", choices=MODES, default="hands-on", help="a free hand, a hand on the robot, or a device far from it"
+    )
+    parser.add_argument("--device", choices=DEVICES, help="teleoperated: a master that moves, or a rate device")
     parser.add_argument("--steady", action="store_true", help="freehand: no delay, no tremor, and eyes without error")
     parser.add_argument("--task", choices=("path", "inspect"), default="path", help="follow the path, or inspect")
     parser.add_argument("--targets", type=Path, help="a Markups file with targets, instead of the plan's own")
@@ -47,8 +53,10 @@ def add_arguments(parser: argparse.ArgumentParser, operators: tuple[str, ...]) -
     parser.add_argument("--view-distance", type=float, help="r in mm: how far ahead of the tip the view's point is")
     parser.add_argument("--steps", type=positive, help="steps of pushing, or of swinging in inspection")
     parser.add_argument("--free", action="store_true", help="pushing: no path fixture, k_tau = 1")
-    parser.add_argument("--seed", type=natural, default=0, help="of the pushing hand, or the free one")
-    parser.add_argument("--record", type=Path, metavar="FILE.csv", help="keep every step")
+    parser.add_argument("--seed", type=natural, default=0, help="of the pushing hand, the free one, or --errors papers")
+    add_error_arguments(parser)
+    add_compensation(parser)
+    parser.add_argument("--record", type=Path, metavar="FILE", help=f"export every step: {', '.join(WRITERS)}")
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
 
 
@@ -60,4 +68,6 @@ def check_arguments(args: argparse.Namespace) -> None:
         raise InputError("--preset goes without --soft-tissue and --speed-limit, which the papers do not have")
     if args.preset is not None and (args.free or args.view_distance is not None):
         raise InputError("--preset goes without --free and --view-distance, which would change its parameters")
+    if args.record is not None:
+        check_target(args.record)
     check_options(args)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from app.commands.head_options import say_notes
-from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, InputError
 from vfix_engine.runtime.driver import Log
 from vfix_engine.runtime.snapshot import Snapshot
@@ -22,13 +21,14 @@ from vfix_engine.worlds.freehand.snapshot import FreehandSnapshot
 from vfix_engine.worlds.freehand.system import FreehandSystem
 from vfix_engine.worlds.rigid.dry_run import dry_run
 
-MODES = ("hands-on", "freehand")
-PERIOD_S = 0.02  # no hand is quicker; contact is computed in shorter steps
 UNCERTIFIED = "Freehand: driven without the certificate; bone does not stop the tool."
+NO_PRESET = "a preset's parameters are those of the robot: a free hand has none of them"
 
 
 def check_options(args: argparse.Namespace) -> None:
     """Refuse what a free hand does not have. Raises InputError."""
+    if args.device is not None and args.mode != "teleoperated":
+        raise InputError("--device goes with --mode teleoperated")
     if args.mode != "freehand":
         if args.steady:
             raise InputError("--steady goes with --mode freehand")
@@ -39,8 +39,6 @@ def check_options(args: argparse.Namespace) -> None:
         "--soft-tissue": args.soft_tissue,
         "--remote-centre": args.remote_centre is not None,
         "--speed-limit": args.speed_limit,
-        "--record": args.record is not None,
-        "--preset": args.preset is not None,
         "--approach": args.approach is not None,
         "--tube": args.tube is not None,
         "--margin": args.margin is not None,
@@ -54,11 +52,6 @@ def check_zones(args: argparse.Namespace, zones: ZoneSet) -> None:
     """Refuse what a free hand does not feel of a file's zones. Raises InputError."""
     if args.mode == "freehand" and (zones.soft_zones or zones.envelopes):
         raise InputError("--mode freehand goes with no-fly zones of --zones only: soft zones and envelopes do nothing")
-
-
-def at_hand_rate(settings: ControlSettings) -> ControlSettings:
-    """The same settings at the rate of a free hand."""
-    return replace(settings, dt_s=PERIOD_S)
 
 
 def drive_freehand(
@@ -79,6 +72,8 @@ def drive_freehand(
     notes = [] if dry.completed else [up_to]
     if scene.fixtures:
         notes.append("soft zones of the plan do nothing to a free hand")
+    if args.preset is not None:
+        notes.append(NO_PRESET)
     person = PursuitOperator(guide, Person.exact() if args.steady else Person(), scene.tool, settings, args.seed)
     say_notes([UNCERTIFIED, *notes])
     errors, least, held, approach = [], np.inf, 0, 0
@@ -98,7 +93,6 @@ def drive_freehand(
     assert isinstance(last, FreehandSnapshot)
     contacts = [{name: value for name, value in asdict(one).items() if name != "depth_mm"} for one in last.contacts]
     return {
-        "mode": "freehand",
         "certified": last.certified,
         "completed": done.finished,
         "reason": "" if done.finished else f"the hand did not reach the end within {LONGEST_S:.0f} s",

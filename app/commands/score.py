@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import argparse
 import json
-from pathlib import Path
+from dataclasses import asdict
 from typing import Any
 
-from app.extras import has_app, need_app
-from app.services import Services, build_services
-from app.settings import Settings
-from vfix_engine.runtime.run import Run
+from app.commands.counts import natural
+from app.commands.found_runs import FoundRun, find_run, optional_services
+from app.commands.rehearse_errors import add_error_arguments, chain_of, registered_content
+from app.services import Services
 from vfix_engine.study.metrics import score_run
+from vfix_engine.worlds.registry import spec_of
 
 NOTICE = "Not for clinical use."
 
@@ -19,14 +20,16 @@ NOTICE = "Not for clinical use."
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
     parser = subparsers.add_parser("score", help="score recorded runs", description=__doc__)
     parser.add_argument("runs", metavar="RUN", nargs="+", help="id of a stored run, or folder of a recorded one")
+    add_error_arguments(parser)
+    parser.add_argument("--seed", type=natural, default=0, help="of --errors papers")
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
     return parser
 
 
 def run(args: argparse.Namespace) -> int:
     """Score every run. Raises VfixError for one that is not there or cannot be scored; then nothing is printed."""
-    services = build_services(Settings.from_environment()) if has_app() else None
-    scores = [_scored(services, name) for name in args.runs]
+    services = optional_services()
+    scores = [_scored(services, find_run(services, name), args) for name in args.runs]
     if args.json:
         print(json.dumps({"runs": scores, "notice": NOTICE}, allow_nan=False))
     else:
@@ -36,17 +39,16 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _scored(services: Services | None, name: str) -> dict[str, Any]:
-    """The score of a run, and what it is of where it is stored."""
-    folder = Path(name)
-    if folder.is_dir():
-        return {"run": name, "case": None, "plan": None, "recorded": None} | score_run(Run.read(folder)).to_dict()
-    if services is None:
-        raise need_app("A stored run")
-    stored = services.runs.get(name)
-    with services.runs.laid_out(name) as place:
-        score = score_run(Run.read(place)).to_dict()
-    return {"run": name, "case": stored.case_id, "plan": stored.plan_id, "recorded": stored.recorded} | score
+def _scored(services: Services | None, found: FoundRun, args: argparse.Namespace) -> dict[str, Any]:
+    """The score of a run, with the error chain, and ``true_error_mm`` of the path by its name there, too."""
+    spec, case, plan = spec_of(found.run), found.origin["case"], found.origin["plan"]
+    path = getattr(getattr(spec, "scene", None), "path_points", None)
+    chain = chain_of(args.errors, args.seed, path, registered_content(services, plan), case or "")
+    score = score_run(found.run, spec, errors=None if chain.empty else chain)
+    told: dict[str, Any] = {"error_chain": chain.to_dict(), "true_error_mm": None}
+    if score.path_error_mm is not None:
+        told["true_error_mm"] = asdict(score.path_error_mm.true_frame)
+    return found.origin | score.to_dict() | told
 
 
 def _print_for_people(score: dict[str, Any]) -> None:

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from app.messages.fields import ClientMessage, Direction, Identifier
+from app.messages.fields import ClientMessage, Direction, Identifier, Position
 
 Axis = Annotated[float, Field(ge=-1.0, le=1.0, allow_inf_nan=False)]
 
@@ -45,6 +45,25 @@ class MoveAxes(ClientMessage):
     camera_x: Axis = 0.0
     camera_y: Axis = 0.0
     insert: Axis = 0.0
+
+
+class MoveMaster(ClientMessage):
+    """The sum of a master's motions so far, in mm along the patient's axes, and whether it is coupled to the tool."""
+
+    urgent: ClassVar[bool] = True
+    type: Literal["master"]
+    position: Position
+    clutch: bool
+
+
+class DeflectRate(ClientMessage):
+    """Deflection of a device that pushes and turns, from -1 to +1 in the frame of the picture: right, down and into it,
+    then right-hand turns about these. Told again while it lasts, six zeros at its end.
+    """
+
+    urgent: ClassVar[bool] = True
+    type: Literal["rate"]
+    axes: tuple[Axis, Axis, Axis, Axis, Axis, Axis]
 
 
 COMMANDS: tuple[type[ClientMessage], ...] = (DriveCommand, SetDriveSettings, HoldCommand, Push)

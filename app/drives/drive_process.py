@@ -234,8 +234,8 @@ class DriveProcess(Generic[P, T]):
 def _process(prepared: PreparedDrive[T]) -> ControlProcess[T]:
     """A process for a world, not started; with a recording if there is one."""
     if prepared.recording is None:
-        return ControlProcess(prepared.spec)
-    return RecordedProcess(prepared.spec, prepared.recording)
+        return ControlProcess(prepared.spec, control=prepared.control)
+    return RecordedProcess(prepared.spec, prepared.recording, prepared.control, prepared.preset)
 
 
 def _silence(seconds: float) -> str:

@@ -8,12 +8,15 @@ from typing import Any, Generic, Literal, TypeVar
 from app.drives.prepared_drive import PreparedDrive
 from app.drives.sections import DrivePhase
 from app.messages.client import Client
+from vfix_engine.runtime.control_mode import Control
 from vfix_engine.runtime.requests import Request
 from vfix_engine.runtime.settings import WorldSettings
 from vfix_engine.runtime.snapshot import Snapshot
 
 P = TypeVar("P", bound=PreparedDrive[Any])
 T = TypeVar("T", bound=Snapshot)
+
+HAND = Control()  # a hand on the robot
 
 ProcessStatus = Literal["absent", "starting", "ready", "silent", "failed"]
 
@@ -35,6 +38,7 @@ class DriveRecord(Generic[P, T]):
     words_for_holder: messages of the process to this client since the last record. accepted: settings of this client
     that took effect and are not stored in the document yet.
     unrecorded: why the drive is not recorded, or not to its end; '' where it is.
+    control, preset: chosen for this drive and the next one.
     """
 
     state: ProcessStatus = "absent"
@@ -54,6 +58,8 @@ class DriveRecord(Generic[P, T]):
     words_for_holder: tuple[str, ...] = ()
     accepted: dict[str, float] = field(default_factory=dict)
     unrecorded: str = ""
+    control: Control = HAND
+    preset: str | None = None
 
     @property
     def shown_state(self) -> DrivePhase:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from app.drives.recordings import Recording
+from vfix_engine.runtime.control_mode import Control
 from vfix_engine.runtime.settings import WorldSettings
 from vfix_engine.runtime.snapshot import Snapshot
 from vfix_engine.runtime.system import SystemSpec
@@ -21,6 +22,7 @@ class PreparedDrive(Generic[T]):
     settings: at the start. recording: stores the run; None where it is not stored.
     unrecorded: why the run cannot be stored; '' where it can.
     made_of: a key of its inputs, where they were read again for it; None: the requested key.
+    control: mode and device at the start; None: those of the world. preset: its name, None for the default.
     """
 
     spec: SystemSpec
@@ -28,6 +30,8 @@ class PreparedDrive(Generic[T]):
     recording: Recording | None = None
     unrecorded: str = ""
     made_of: Any = None
+    control: Control | None = None
+    preset: str | None = None
 
     def refusal(self, asked: Any, in_force: Any, snapshot: T | None) -> str:
         """Why the requested settings are refused and what to do; '' to show the words of the process."""

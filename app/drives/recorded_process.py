@@ -7,6 +7,7 @@ from typing import TypeVar
 
 from app.drives.recordings import Recording
 from app.kit.prompt_threads import PROMPT_THREADS
+from vfix_engine.runtime.control_mode import Control
 from vfix_engine.runtime.process import ControlProcess
 from vfix_engine.runtime.snapshot import Snapshot
 from vfix_engine.runtime.system import SystemSpec
@@ -17,8 +18,10 @@ T = TypeVar("T", bound=Snapshot)
 class RecordedProcess(ControlProcess[T]):
     """A ControlProcess with a recording, which is handed over once, by the first call that closes the process."""
 
-    def __init__(self, spec: SystemSpec, recording: Recording) -> None:
-        super().__init__(spec, record=recording.folder)
+    def __init__(
+        self, spec: SystemSpec, recording: Recording, control: Control | None = None, preset: str | None = None
+    ) -> None:
+        super().__init__(spec, record=recording.folder, control=control, preset=preset)
         self._recording = recording
         self._one_keeper = threading.Lock()
         self._kept = False

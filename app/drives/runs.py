@@ -27,7 +27,9 @@ from app.store.models import CaseRow, DocumentRow, RunRow
 from vfix_engine.error_places import error_kind
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.json_text import parse_json
+from vfix_engine.runtime.control_mode import run_mode
 from vfix_engine.runtime.run import END, EVENTS, MANIFEST, PART, SIDEWAYS, SPEC, TICKS
+from vfix_engine.worlds.registry import WORLDS
 
 _LOG = logging.getLogger(__name__)
 
@@ -72,6 +74,16 @@ class StoredRun:
     def world(self) -> str:
         """'rigid', 'freehand', 'snake' or 'snake drive'."""
         return str(self.manifest.get("world", ""))
+
+    @property
+    def mode(self) -> str | None:
+        """'freehand', 'hands-on' or 'teleoperated', 'mixed' where it was changed on the way; None for a snake."""
+        return run_mode(self.manifest)
+
+    @property
+    def certified(self) -> bool:
+        """Whether every motion of its world is certified."""
+        return self.world in WORLDS and WORLDS[self.world].certified
 
     @property
     def whole(self) -> bool:

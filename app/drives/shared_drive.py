@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, TypeVar
 
 from app.drives.drive_process import DriveProcess
-from app.drives.drive_record import DriveRecord
+from app.drives.drive_record import HAND, DriveRecord
 from app.drives.lease import Lease
 from app.drives.prepared_drive import PreparedDrive
 from app.kit.prompt_threads import PROMPT_THREADS
 from app.kit.values import Position
 from app.messages.client import Client
+from vfix_engine.runtime.control_mode import Control
 from vfix_engine.runtime.process import ControlProcess
 from vfix_engine.runtime.requests import Request
 from vfix_engine.runtime.snapshot import Snapshot
@@ -26,6 +28,8 @@ class SharedDrive(DriveProcess[P, T]):
         super().__init__()
         self.lease = Lease()
         self.watchers: set[str] = set()
+        self.control: Control = HAND  # of this drive and the next one, and so the preset
+        self.preset: str | None = None
 
     def _held(self, client: Client) -> ControlProcess[T] | None:
         return self._live() if self.lease.held_by(client) else None
@@ -61,17 +65,22 @@ class SharedDrive(DriveProcess[P, T]):
                 words_for_holder=words,
                 accepted=exchange.accepted if mine and exchange is not None else {},
                 unrecorded=self._unrecorded,
+                control=self.control,
+                preset=self.preset,
             )
 
     # -- the hand; quick and from any thread
 
-    def set_grip(self, client: Client, position: Position, takes_hold: bool = True) -> None:
-        """The hand is at (3,) [mm]; a hand that was released has to begin a new hold first."""
+    def set_grip(self, client: Client, position: Position, takes_hold: bool = True, turns: bool = False) -> None:
+        """The hand is at (3,) [mm]; a hand that was released has to begin a new hold first.
+
+        turns: it turns the tool about its tip, where the mode has that.
+        """
         process = self._process  # a single read needs no lock
         if process is None or not (takes_hold or self._hand == client.id) or not self.lease.held_by(client):
             return
         self._hand = client.id
-        process.set_grip(position)
+        process.set_grip(position, turns)
         PROMPT_THREADS.hear()
 
     def heartbeat(self, client: Client) -> None:
@@ -96,6 +105,18 @@ class SharedDrive(DriveProcess[P, T]):
         """Camera and insertion, from -1 to +1 of full speed, and the buttons held; they need heartbeats."""
         if (process := self._held(client)) is not None:
             process.axes(camera_x, camera_y, insert, buttons)
+            PROMPT_THREADS.hear()
+
+    def master(self, client: Client, position: Position, clutch: bool) -> None:
+        """The sum (3,) [mm] of a master's motions so far, and whether it is coupled; it needs heartbeats."""
+        if (process := self._held(client)) is not None:
+            process.master(position, clutch)
+            PROMPT_THREADS.hear()
+
+    def rate(self, client: Client, axes: Sequence[float]) -> None:
+        """Deflection of a rate device, from -1 to +1; it needs heartbeats, and to be told again while it lasts."""
+        if (process := self._held(client)) is not None:
+            process.rate(axes)
             PROMPT_THREADS.hear()
 
     def drive(self, client: Client, direction: int) -> None:
@@ -133,6 +154,16 @@ class SharedDrive(DriveProcess[P, T]):
             process.apply(request)
             with self._lock:
                 self._requested = request
+
+    def choose(self, control: Control, preset: str | None) -> None:
+        """Mode, device and preset of the next drive; who may is the tab's matter."""
+        with self._lock:
+            self.control, self.preset = control, preset
+
+    def change_control(self, client: Client, control: Control) -> None:
+        """Another mode or device of this drive, at once; the world has to have it."""
+        if (process := self._instructed(client)) is not None:
+            process.control(control)
 
     def change_settings(self, client: Client, values: dict[str, float]) -> None:
         """Request other settings from the process, clamped; raises InputError for an unknown name."""

@@ -115,7 +115,7 @@ class Suggestions:
         self._tables: Cache[str, ToolTable] = Cache(_KEPT)
 
     def start(self, plan: Plan, entry: Sequence[float] | None = None, target: Sequence[float] | None = None) -> Job:
-        """Search paths for a plan's tool as a job; its result is an id for `paths`.
+        """Search paths for a plan's tool as a job named after its target; its result is an id for `paths`.
 
         entry: LPS mm, by default the first path point. target: LPS mm, by default the first target.
         Raises PlanError without them, and as `check_ends`.
@@ -239,8 +239,10 @@ class Suggestions:
     def _submit(self, work: Callable[[Progress], str], kind: JobKind, plan: Plan, ends: Sequence[Position]) -> Job:
         lane = f"dry_run {plan.case_id}"  # one drive of a case at a time
         same = f"{kind} {plan.id} {plan.revision} {tuple(ends)}"
+        searched = (one.label for one in plan.content.targets if ends and one.position == ends[-1])
+        subject = next(searched, plan.name)
         return self._jobs.submit(
-            work, kind=kind, lane=lane, case_id=plan.case_id, subject=plan.name, document_id=plan.id, same=same
+            work, kind=kind, lane=lane, case_id=plan.case_id, subject=subject, document_id=plan.id, same=same
         )
 
     def _around(self, plan: Plan, places: Sequence[Position], progress: ProgressCallback) -> SearchSpace:

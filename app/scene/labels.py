@@ -15,8 +15,8 @@ from vfix_engine.arrays import Array
 class SceneLabel:
     """A text at a position in LPS mm.
 
-    kind: style on the page ('letter', 'item', 'bead', 'bead chosen', 'grip', 'centre', 'stop', 'opening', and that
-    with its side).
+    kind: style on the page ('letter', 'item', 'bead', 'bead chosen', 'grip', 'centre', 'stop', 'gap', 'opening',
+    and that with its side).
     """
 
     def __init__(self, node: viser.LabelHandle, kind: str, text: str, visible: bool, owner: SceneLabels) -> None:

@@ -97,7 +97,7 @@ class SkinView:
 
     def section(self, look: Look) -> SkinSection:
         case, shown = self._case, self.is_shown(look)
-        warns = shown and case is not None and holds_images(case)
+        warns = shown and self._made is not None and case is not None and holds_images(case)  # there is a face
         return {
             "possible": case is not None and has_head_ct(case),
             "shown": shown,

@@ -390,7 +390,8 @@ def test_pointer_and_robot_are_practised_and_a_registration_goes_to_the_base(
     assert (used["registration"], used["state"]) == (registration(station)["id"], "ready")
     station.picture("register-base")
 
-    station.wait_for("the verdict", lambda: station.state("corridor")["status"] == "done")  # its card moves what is below
+    # The verdict's card moves what is below it.
+    station.wait_for("the verdict", lambda: station.state("corridor")["status"] == "done")
     page.click("#registration-words")  # leads to the list
     page.click("#new-registration")
     expect(page.get_by_role("dialog")).to_be_visible()

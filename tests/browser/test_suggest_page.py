@@ -96,7 +96,7 @@ def test_where_no_way_is_found_the_path_ends_there_or_bone_is_removed(open_page:
     page.click("#suggest")
     station.wait_for("the answer", lambda: page.locator("#no-way").count(), DRIVEN_S)
     words = page.locator("#suggest-words")
-    expect(words).to_have_text("No way found: the target lies in bone.", use_inner_text=True)
+    expect(words).to_have_text(f"No way to {target['label']}: the target lies in bone.", use_inner_text=True)
     expect(page.locator("#suggest")).to_be_focused()
     expect(page.locator("[data-step-name=path] .step-line")).to_have_text("No way found")
     expect(page.locator("#no-way")).to_be_in_viewport()
@@ -111,11 +111,14 @@ def test_where_no_way_is_found_the_path_ends_there_or_bone_is_removed(open_page:
     station.wait_for("no region", lambda: not station.state("regions")["items"])
     page.click("#end-there")
     station.wait_for("the ways", lambda: page.locator("#alternatives button").count(), DRIVEN_S)
-    [moved] = station.state("plan")["targets"]
-    assert math.dist(moved["position"], region["place"]) < region["sizes_mm"][0], "the ball is where the way ends"
+    kept, added = station.state("plan")["targets"]
+    assert (kept["label"], kept["position"]) == (target["label"], IN_BONE), "what was aimed at stays"
+    assert added["label"] == f"before {target['label']}"
+    assert math.dist(added["position"], region["place"]) < region["sizes_mm"][0], "the ball is where the way ends"
+    expect(page.get_by_label("Target", exact=True).locator("option:checked")).to_have_text(added["label"])
     station.picture("suggest-ends-there")
     page.locator("#undo").click()
-    station.wait_for("the target again", lambda: station.state("plan")["targets"][0]["position"] == IN_BONE)
+    station.wait_for("one target again", lambda: len(station.state("plan")["targets"]) == 1)
     assert station.errors == []
 
 

@@ -35,7 +35,7 @@ test("behind a registration a place says what it may be off by", () => {
 
 test("without a CT a place says nothing of soft tissue", () => {
   const bare = { ...profile, tissue_mm: null, tissue_depth_mm: null };
-  assert.equal(placeWords({ profile: bare }, 0), "At 0 mm: bone 5.00 mm");
+  assert.equal(placeWords({ profile: bare }, 0), "At 0 mm: bone ≥ 5.00 mm");
 });
 
 const curves = [bone, { name: "optic nerve", margin_mm: 1.2, clearance_mm: [2, 1.9, 1.31] }];

@@ -8,7 +8,7 @@ const job = (fields) => ({ id: "job-1", kind: "import", subject: "Block", state:
 
 test("a job is told by what it works on, its stage and its share", () => {
   assert.equal(jobWords(job({})), "Import ‘Block’: Reading the file, 25 %");
-  assert.equal(jobWords(job({ kind: "dry_run", subject: "Plan 1", fraction: 1 })), "Simulation ‘Plan 1’: Reading the file, 100 %");
+  assert.equal(jobWords(job({ kind: "segmentation", subject: "Orbit", fraction: 1 })), "Segmentation ‘Orbit’: Reading the file, 100 %");
 });
 
 test("one that waits has no share, and a name that cannot be used is left out", () => {

@@ -10,8 +10,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from .command import Command, Master
+from .control_mode import Control
 from .operator import Act, Operator
-from .requests import Bend, Request, Reset, SetSettings, SetTask, Straighten
+from .requests import Bend, Request, Reset, SetControl, SetSettings, SetTask, Straighten
 from .settings import WorldSettings
 from .snapshot import Blocker, Snapshot, Timing
 from .system import Background, Column, Grip, System, SystemSpec, Worker
@@ -36,6 +37,7 @@ __all__ = [
     "Blocker",
     "Column",
     "Command",
+    "Control",
     "ControlProcess",
     "Driver",
     "Grip",
@@ -50,6 +52,7 @@ __all__ = [
     "Run",
     "RunEvent",
     "RunWriter",
+    "SetControl",
     "SetSettings",
     "SetTask",
     "Snapshot",

@@ -34,8 +34,11 @@ class Command:
         drive: along the path or towards the target, from -1 to +1 of full force.
         twist: about the tool's shaft, from -1 to +1 of full force.
         master: if given, the step is teleoperated: its motion replaces force and drive.
-        axes: camera x (right in the picture), camera y (down) and insertion (forwards), from -1 to +1 of full speed.
+        axes: camera x (right in the picture), camera y (down) and insertion (forwards), from -1 to +1 of full speed;
+            of a rate device its turns about the patient's axes.
         buttons: bit mask of the buttons held down; ``BUTTON_STRAIGHTEN``.
+        rate: the step is teleoperated by a rate device: ``force`` is its deflection τ as a force, and nobody holds the
+            grip.
 
     A system clips values that are out of range and replaces non-finite ones by 0.
     """
@@ -46,6 +49,10 @@ class Command:
     master: Master | None = None
     axes: tuple[float, float, float] = NO_AXES
     buttons: int = 0
+    rate: bool = False
+
+
+POSITION, RATE = 1.0, 2.0  # column ``master`` of a teleoperated step, by its device; else 0
 
 
 def no_command() -> Command:
@@ -66,9 +73,9 @@ def command_to_row(command: Command, out: Array) -> None:
     out[:3] = command.force
     out[3], out[4] = command.drive, command.twist
     if command.master is None:
-        out[5:10] = 0.0
+        out[5], out[6:10] = RATE if command.rate else 0.0, 0.0
     else:
-        out[5], out[6:9], out[9] = 1.0, command.master.increment, command.master.clutch
+        out[5], out[6:9], out[9] = POSITION, command.master.increment, command.master.clutch
     if command.axes is NO_AXES:
         out[10:13] = 0.0
     else:
@@ -78,6 +85,7 @@ def command_to_row(command: Command, out: Array) -> None:
 
 def command_from_row(row: Array) -> Command:
     """Return the command that ``command_to_row`` wrote."""
-    master = Master(np.array(row[6:9]), bool(row[9])) if row[5] else None
+    master = Master(np.array(row[6:9]), bool(row[9])) if row[5] == POSITION else None
     x, y, insert = (float(value) for value in row[10:13])
-    return Command(np.array(row[:3]), float(row[3]), float(row[4]), master, (x, y, insert), int(row[13]))
+    rate = bool(row[5] == RATE)
+    return Command(np.array(row[:3]), float(row[3]), float(row[4]), master, (x, y, insert), int(row[13]), rate)

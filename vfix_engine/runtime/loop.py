@@ -22,7 +22,7 @@ from .hand import Hand, HandInput
 from .mailbox import Mailbox
 from .outbox import Outbox
 from .priority import RealTimePriority
-from .requests import Request, Reset, SetSettings
+from .requests import Request, Reset, SetControl, SetSettings
 from .snapshot import Snapshot
 from .wire import snapshot_to_bytes
 
@@ -51,12 +51,13 @@ class ControlLoop:
         commands: Connection,
         events: Outbox,
         priority: RealTimePriority,
+        hand: Hand | None = None,
     ):
         self._driver, self._system = driver, driver.system
         self._out, self._in = out, into
         self._commands, self._events, self._priority = commands, events, priority
         self._clock = _clock(self._system.period_s(driver.state))
-        self._hand = Hand()
+        self._hand = hand or Hand()
         self._input_seen = 0
         self._running = False
         self._driving = False
@@ -153,6 +154,8 @@ class ControlLoop:
             self._running = False
         try:
             self._driver.apply(request)
+            if isinstance(request, SetControl):
+                self._hand.choose(request.control, time.monotonic())
         except VfixError as error:
             self._events.put(Event("note", str(error)))
         if isinstance(request, SetSettings):

@@ -11,7 +11,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -25,14 +25,15 @@ from ..error_places import error_places
 from ..errors import ControlError, VfixError
 from ..validate import FARTHEST_MM
 from .background import NoWorker, WorkerLink, Workers, work
+from .control_mode import Control, first_control
 from .driver import Driver
 from .events import Event
-from .hand import INPUT_BYTES, HandInput
+from .hand import INPUT_BYTES, Hand, HandInput
 from .loop import ControlLoop
 from .mailbox import Mailbox
 from .outbox import Outbox
 from .priority import RealTimePriority
-from .requests import Request, Reset
+from .requests import Request, Reset, SetControl
 from .ring import Ring, RowReader
 from .run_recorder import FarEnd, RunRecorder
 from .snapshot import Snapshot
@@ -59,9 +60,17 @@ class ControlProcess(Generic[T]):
         spec: of the system; T is the type of its snapshots.
         real_time: use a real-time priority while the operator drives, if the system permits it.
         record: folder to which the whole run is written; None: no recording.
+        control: mode and device at the start; None: those of the world. preset: name in the run's manifest.
     """
 
-    def __init__(self, spec: SystemSpec, real_time: bool = True, record: Path | None = None):
+    def __init__(
+        self,
+        spec: SystemSpec,
+        real_time: bool = True,
+        record: Path | None = None,
+        control: Control | None = None,
+        preset: str | None = None,
+    ):
         self._lock = threading.Lock()
         self._starting = threading.Lock()  # acquired before _lock; start and close never run concurrently
         self._out, self._in = Mailbox.create(snapshot_bytes(spec.snapshot_numbers)), Mailbox.create(INPUT_BYTES)
@@ -76,11 +85,13 @@ class ControlProcess(Generic[T]):
             self._worker = context.Process(target=_work, args=(spec, to_control), name="vfix-worker", daemon=True)
         self._ring = Ring.memory()
         self._readers: WeakSet[RowReader] = WeakSet()
-        self._recorder = None if record is None else RunRecorder(record, spec, context.Pipe(), self._ring)
+        self._recorder = None
+        if record is not None:
+            self._recorder = RunRecorder(record, spec, context.Pipe(), self._ring, control, preset)
         log = FarEnd(self._ring.name, None if self._recorder is None else self._recorder.far)
         self._process = context.Process(
             target=_main,
-            args=(self._out.name, self._in.name, self._theirs, real_time, to_worker, log),
+            args=(self._out.name, self._in.name, self._theirs, real_time, to_worker, log, control),
             name="vfix-control",
             daemon=True,
         )
@@ -142,21 +153,24 @@ class ControlProcess(Generic[T]):
         """Whether the control process runs and has not been closed."""
         return not self._closed and self._process.is_alive()
 
-    def set_grip(self, position: ArrayLike) -> None:
-        """Move the grip to (3,) in LPS mm; also a heartbeat. Implausible positions are ignored."""
+    def set_grip(self, position: ArrayLike, turns: bool = False) -> None:
+        """Move the grip to (3,) in LPS mm; also a heartbeat. Implausible positions are ignored.
+
+        turns: the hand turns the tool about its tip, in a free hand and with a rate device.
+        """
         grip = np.asarray(position, dtype=float)
         if grip.shape != (3,) or not (np.abs(grip) <= FARTHEST_MM).all():
             return
         place = (float(grip[0]), float(grip[1]), float(grip[2]))
-        self._put(lambda i, now: replace(i, grip=place, moves=i.moves + 1, hand=i.hand.press(now)))
+        self._put(lambda i, now: replace(i, grip=place, moves=i.moves + 1, turns=turns, hand=i.hand.press(now)))
 
     def heartbeat(self) -> None:
         """Confirm that the button or key is still down; after 100 ms without this the hand must press again."""
-        self._put(lambda i, now: replace(i, hand=i.hand.beat(now), keys=i.keys.beat(now), stick=i.stick.beat(now)))
+        self._put(HandInput.beaten)
 
     def release(self) -> None:
         """Release all inputs."""
-        self._put(_released)
+        self._put(HandInput.released)
 
     def drive(self, direction: int) -> None:
         """Drive along the path: −1 back, 0 stop, +1 forward; needs heartbeats like the grip."""
@@ -170,6 +184,29 @@ class ControlProcess(Generic[T]):
         """Set camera and insertion, from -1 to +1 of full speed, and buttons held; needs heartbeats as a grip does."""
         values = (_share(camera_x), _share(camera_y), _share(insert))
         self._put(lambda i, now: _stick(replace(i, axes=values, buttons=int(buttons)), now))
+
+    def master(self, position: ArrayLike, clutch: bool) -> None:
+        """Tell the sum (3,) in LPS mm of a master's motions so far, and whether it is coupled; needs heartbeats.
+
+        Implausible positions open the clutch.
+        """
+        place = np.asarray(position, dtype=float)
+        if place.shape != (3,) or not (np.abs(place) <= FARTHEST_MM).all():
+            place, clutch = np.array(self._input.master), False
+        at = (float(place[0]), float(place[1]), float(place[2]))
+        self._put(lambda i, now: i.led(at, bool(clutch), now))
+
+    def rate(self, axes: Sequence[float]) -> None:
+        """Deflect a rate device: three translations and three rotations, from -1 to +1, in the frame of ``Grip.axes``.
+
+        Needs heartbeats, and to be told again within 0.25 s; six zeros release it.
+        """
+        x, y, z, turn_x, turn_y, turn_z = (_share(value) for value in axes)
+        self._put(lambda i, now: i.deflected((x, y, z, turn_x, turn_y, turn_z), now))
+
+    def control(self, control: Control) -> None:
+        """Change mode and device between two steps; refused with a note where the world has none such."""
+        self._send(SetControl(control))
 
     def run(self) -> None:
         """Start the clock; the robot moves when the operator or its world moves it."""
@@ -327,12 +364,15 @@ def _stick(hand: HandInput, now: float) -> HandInput:
     return replace(hand, stick=NOBODY)
 
 
-def _released(hand: HandInput, now: float) -> HandInput:
-    hold, keys, stick = (one.release(now) for one in (hand.hand, hand.keys, hand.stick))
-    return replace(hand, drive=0, twist=0, hand=hold, keys=keys, stick=stick)
-
-
-def _main(out: str, into: str, pipe: Connection, real_time: bool, to_worker: Connection | None, log: FarEnd) -> None:
+def _main(
+    out: str,
+    into: str,
+    pipe: Connection,
+    real_time: bool,
+    to_worker: Connection | None,
+    log: FarEnd,
+    control: Control | None,
+) -> None:
     """Main function of the process: build the system, send 'ready', and loop until told to end or the pipe closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the planner, which closes this pipe
     events = Outbox(pipe)
@@ -343,7 +383,9 @@ def _main(out: str, into: str, pipe: Connection, real_time: bool, to_worker: Con
         workers: Workers = NoWorker() if to_worker is None else WorkerLink(to_worker)
         record = log.attach(system.row_layout)
         driver = Driver(system, workers, record)
-        loop = ControlLoop(driver, Mailbox.attach(out), Mailbox.attach(into), pipe, events, RealTimePriority(real_time))
+        hand = Hand(control or first_control(spec.world))
+        mailboxes = Mailbox.attach(out), Mailbox.attach(into)
+        loop = ControlLoop(driver, *mailboxes, pipe, events, RealTimePriority(real_time), hand)
         gc.collect()
         gc.freeze()  # excludes the objects that exist now from later collections
         events.put(Event("ready"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
@@ -26,13 +27,15 @@ class Replay(Generic[S]):
     states: the initial state and that after every step; only the initial one with ``keep_states`` False.
     rows: (n, w) of the replay.
     first_difference: first step whose row is not bitwise equal to the recorded one, None if all are.
-    largest_difference: between the rows, 0 if all are equal; other_arithmetic: versions that differ from the
-        recording's, by name, as (then, now).
+    sha256: of the replayed commands and rows, in the recorded columns; that of ``end.json`` if all are equal.
+    largest_difference: between the rows, 0 if all are equal, inf where only one of two values is finite;
+        other_arithmetic: versions that differ from the recording's, by name, as (then, now).
     """
 
     states: tuple[S, ...]
     rows: Array
     first_difference: int | None
+    sha256: str
     largest_difference: float
     other_arithmetic: dict[str, tuple[str, str]]
 
@@ -91,12 +94,19 @@ def replay(
     found = np.ascontiguousarray(lines[:, : run.ticks.shape[1]])
     differs = (found.view(np.uint64) != run.ticks.view(np.uint64)).any(axis=1)
     first = int(differs.argmax()) if differs.any() else None
-    with np.errstate(invalid="ignore"):  # a row may contain infinities
-        apart = np.nan_to_num(np.abs(found[differs] - run.ticks[differs]), nan=0.0)
-    largest = float(apart.max(initial=0.0))
+    largest = _apart(found[differs], run.ticks[differs])
     then, now = run.manifest["versions"], versions()
     other = {name: (str(then.get(name, "")), now[name]) for name in now if then.get(name, "") != now[name]}
-    return Replay(tuple(states), lines[:, -len(system.row_layout) :], first, largest, other)
+    digest = hashlib.sha256(found.tobytes()).hexdigest()
+    return Replay(tuple(states), lines[:, -len(system.row_layout) :], first, digest, largest, other)
+
+
+def _apart(found: Array, recorded: Array) -> float:
+    """The largest difference of two arrays of the same shape, inf where only one of two values is finite."""
+    with np.errstate(invalid="ignore"):  # a row may contain infinities
+        apart = np.abs(found - recorded)
+    apart[(found == recorded) | (np.isnan(found) & np.isnan(recorded))] = 0.0
+    return float(np.nan_to_num(apart, nan=np.inf, posinf=np.inf).max(initial=0.0))
 
 
 def _again(driver: Driver[Any], event: RunEvent) -> None:

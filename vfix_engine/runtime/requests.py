@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from .control_mode import Control
 from .settings import WorldSettings
 
 
@@ -33,6 +34,13 @@ class SetTask(Request):
 
     task: str
     target: int = 0
+
+
+@dataclass(frozen=True)
+class SetControl(Request):
+    """Change who leads the tool, and by which device; the commands change by it, the world's state does not."""
+
+    control: Control
 
 
 @dataclass(frozen=True)

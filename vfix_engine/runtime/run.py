@@ -2,7 +2,8 @@
 
 A folder NAME with
 
-- ``manifest.json``: schema, world, spec, hashes, settings, seed, versions, columns with units;
+- ``manifest.json``: schema, world, control mode, device and preset, spec, hashes, settings, seed, versions, columns
+  with units;
 - ``spec.npz``: the spec's arrays;
 - ``ticks.f64``: for every step the applied command, then the system's row, float64, little-endian;
 - ``events.jsonl``: one event per line: a request or an adoption, and the number of ticks before it;
@@ -29,7 +30,9 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from ..errors import InputError
 from .command import COMMAND_COLUMNS, COMMAND_SIZE, Command, command_from_row
+from .control_mode import MIXED, Control, first_labels, run_mode
 from .plain import from_plain, to_plain
+from .requests import SetControl
 from .system import Column, SystemSpec
 from .versions import versions
 
@@ -71,6 +74,11 @@ class Run:
     whole: bool
     lost: int
     sideways_mm: Array | None = None
+
+    @property
+    def mode(self) -> str | None:
+        """Control mode, 'mixed' where it was changed on the way, None in a world that has none."""
+        return run_mode(self.manifest)
 
     @property
     def rows(self) -> Array:
@@ -134,31 +142,43 @@ class RunWriter:
     Args:
         folder: final name of the run, which it gets when it is closed; must not exist.
         spec, columns: of the system; seed: of the generator of the commands.
+        control: mode and device; None: those of the spec's world. preset: its name, None for the default.
 
     Raises:
         InputError: the folder exists.
     """
 
-    def __init__(self, folder: Path, spec: SystemSpec, columns: tuple[Column, ...], seed: int | None = None):
+    def __init__(
+        self,
+        folder: Path,
+        spec: SystemSpec,
+        columns: tuple[Column, ...],
+        seed: int | None = None,
+        control: Control | None = None,
+        preset: str | None = None,
+    ):
         self._folder, self._part = folder, folder.with_name(folder.name + PART)
         if folder.exists() or self._part.exists():
             raise InputError(f"'{folder.name}' exists already; choose another name for the run")
         self._part.mkdir(parents=True)
-        self._write_manifest(spec, columns, seed)
+        labels = first_labels(spec.world) if control is None else control.labels()
+        self._manifest = self._write_spec(spec, columns) | labels | {"preset": preset, "seed": seed}
+        self._write_manifest()
         self._ticks = (self._part / TICKS).open("wb", buffering=0)
         self._events = (self._part / EVENTS).open("w", encoding="utf-8")
         self._digest, self._count = hashlib.sha256(), 0
         self.width = COMMAND_SIZE + len(columns)  # numbers per tick
         self._waiting: list[bytes] = []
 
-    def _write_manifest(self, spec: SystemSpec, columns: tuple[Column, ...], seed: int | None) -> None:
+    def _write_spec(self, spec: SystemSpec, columns: tuple[Column, ...]) -> dict[str, Any]:
+        """Write the arrays of a spec; the manifest that goes with them."""
         try:
             values, arrays = spec.to_parts()
             not_written = ""
         except InputError as error:  # a user-defined fixture: replay needs the spec as an argument
             values, arrays, not_written = {}, {}, str(error)
         np.savez(self._part / SPEC, **arrays)  # type: ignore[arg-type]
-        manifest = {
+        return {
             "schema": SCHEMA,
             "notice": NOTICE,
             "frame": "LPS",
@@ -166,11 +186,23 @@ class RunWriter:
             "spec": values,
             "spec_not_written": not_written,
             "hashes": {name: digest(array) for name, array in arrays.items()},
-            "seed": seed,
             "versions": versions(),
             "columns": [*COMMAND_COLUMNS, *columns],
         }
-        (self._part / MANIFEST).write_text(json.dumps(manifest, indent=1), encoding="utf-8")
+
+    def _write_manifest(self) -> None:
+        """Write the manifest, whole at any time."""
+        new = self._part / f"{MANIFEST}.new"
+        new.write_text(json.dumps(self._manifest, indent=1), encoding="utf-8")
+        new.replace(self._part / MANIFEST)
+
+    def _relabel(self, at: int, control: Control) -> None:
+        """The mode or the device was changed after ``at`` ticks."""
+        labels = control.labels()
+        if at and any(self._manifest[name] != label for name, label in labels.items()):
+            labels = {"mode": MIXED, "device": None}
+        self._manifest |= labels
+        self._write_manifest()
 
     def tick(self, line: Array) -> None:
         """Write one step, buffered up to a thousand."""
@@ -190,6 +222,8 @@ class RunWriter:
 
     def event_at(self, at: int, kind: str, content: Any) -> None:
         """Write an event after ``at`` ticks."""
+        if isinstance(content, SetControl):
+            self._relabel(at, content.control)
         self._events.write(json.dumps({"at": at, "kind": kind, "content": to_plain(content)}) + "\n")
         self._events.flush()
 

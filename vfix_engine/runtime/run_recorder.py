@@ -16,6 +16,7 @@ from typing import Any
 
 from ..errors import ControlError, VfixError
 from .command import COMMAND_COLUMNS, COMMAND_SIZE
+from .control_mode import Control
 from .ring import UNSENT, Ring, RingLog, write_layout
 from .run import RunWriter
 from .system import Column, SystemSpec
@@ -42,13 +43,23 @@ class FarEnd:
 class RunRecorder:
     """Writes a run from a thread of the observing process; ``memory`` is the ring's.
 
+    control, preset: as of ``RunWriter``.
     failed: reason why the recording ended early, '' if it did not. lost: steps that were overwritten before it read
         them.
     thread: the writing thread.
     """
 
-    def __init__(self, folder: Path, spec: SystemSpec, ends: tuple[Connection, Connection], memory: SharedMemory):
+    def __init__(
+        self,
+        folder: Path,
+        spec: SystemSpec,
+        ends: tuple[Connection, Connection],
+        memory: SharedMemory,
+        control: Control | None = None,
+        preset: str | None = None,
+    ):
         self._folder, self._spec, self._memory = folder, spec, memory
+        self._control, self._preset = control, preset
         self._near, self.far = ends
         self._ring: Ring | None = None
         self._writer: RunWriter | None = None
@@ -100,7 +111,7 @@ class RunRecorder:
     def _hear(self, at: int, kind: str, content: Any) -> None:
         if kind == "columns":
             columns = tuple(Column(*pair) for pair in content)
-            self._writer = RunWriter(self._folder, self._spec, columns)
+            self._writer = RunWriter(self._folder, self._spec, columns, None, self._control, self._preset)
             self._ring = Ring(self._memory, self._writer.width)
         elif kind == UNSENT:
             raise ControlError(f"{content} events came faster than they could be written")

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, Self, TypeVar
 
+import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
@@ -17,6 +18,11 @@ from .command import Command
 from .requests import Request
 from .settings import WorldSettings
 from .snapshot import Snapshot
+
+UPRIGHT = np.eye(3)
+UPRIGHT.setflags(write=False)
+NO_LEVER = np.zeros(3)
+NO_LEVER.setflags(write=False)
 
 S = TypeVar("S")
 A = TypeVar("A", contravariant=True)  # what a certificate knows of the state
@@ -37,11 +43,15 @@ class Grip(NamedTuple):
     """Point where the operator holds the robot, and the virtual coupling to the hand.
 
     position: (3,) in LPS mm; stiffness in N/mm; cap: largest force in N.
+    axes: (3, 3) of a device that is pushed and turned, as columns in the patient frame: right and down in the picture
+        and into it, or the axes of the robot's base. lever: (3,) in mm from the tip to the grip.
     """
 
     position: Array
     stiffness: float
     cap: float
+    axes: Array = UPRIGHT
+    lever: Array = NO_LEVER
 
 
 @dataclass(frozen=True)

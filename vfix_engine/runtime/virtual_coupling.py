@@ -71,31 +71,36 @@ class Hold:
 NOBODY = Hold()
 
 
-class VirtualCoupling:
-    """Position of the hand's grip, and its spring force."""
+class Glide:
+    """A place that is told now and then, between two of these moved evenly."""
 
     def __init__(self) -> None:
         self._from = self._to = np.zeros(3)
         self._moved_at = 0.0
 
-    def move(self, grip: Array, now: float, onwards: bool) -> None:
-        """Move the grip to (3,) in LPS mm: ``onwards`` linearly within ``INTERPOLATION_S``, otherwise at once.
+    def move(self, place: Array, now: float, onwards: bool) -> None:
+        """Move to (3,) in LPS mm: ``onwards`` linearly within ``INTERPOLATION_S``, otherwise at once.
 
-        Implausible positions are ignored (HAZ-05).
+        Implausible places are ignored (HAZ-05).
         """
-        if not (np.abs(grip) <= FARTHEST_MM).all():
+        if not (np.abs(place) <= FARTHEST_MM).all():
             return
-        self._from = self._at(now) if onwards else grip
-        self._to, self._moved_at = grip, now
+        self._from = self.at(now) if onwards else place
+        self._to, self._moved_at = place, now
 
-    def force(self, tool_grip: Array, stiffness: float, cap: float, now: float) -> Array:
-        """Full force (3,) in N of a hand that holds: stiffness [N/mm] × displacement, at most cap [N]."""
-        pull = self._at(now) - tool_grip
-        if float(np.linalg.norm(pull)) > MAX_JUMP_MM:
-            return np.zeros(3)
-        return np.array(saturate(triple(stiffness * pull), cap))
-
-    def _at(self, now: float) -> Array:
+    def at(self, now: float) -> Array:
+        """(3,) the place at a time."""
         share = min(max((now - self._moved_at) / INTERPOLATION_S, 0.0), 1.0)
         place: Array = self._from + share * (self._to - self._from)
         return place
+
+
+class VirtualCoupling(Glide):
+    """Position of the hand's grip, and its spring force."""
+
+    def force(self, tool_grip: Array, stiffness: float, cap: float, now: float) -> Array:
+        """Full force (3,) in N of a hand that holds: stiffness [N/mm] × displacement, at most cap [N]."""
+        pull = self.at(now) - tool_grip
+        if float(np.linalg.norm(pull)) > MAX_JUMP_MM:
+            return np.zeros(3)
+        return np.array(saturate(triple(stiffness * pull), cap))

@@ -19,13 +19,13 @@ class World(NamedTuple):
     """Module and name of a world's spec.
 
     certified: whether every motion in it is certified.
-    preparation: of its kernels; None: another world's are all it needs.
+    preparation: of the kernels that it needs.
     """
 
     module: str
     spec: str
     certified: bool
-    preparation: Preparation | None = None
+    preparation: Preparation
 
     def load(self) -> type[SystemSpec]:
         """The class of its specs."""
@@ -33,24 +33,28 @@ class World(NamedTuple):
         return found  # type: ignore[no-any-return]
 
 
-__all__ = ["RIGID", "SNAKE", "WORLDS", "World", "prepare", "spec_of"]
+__all__ = ["RIGID", "SNAKE", "WORLDS", "World", "preparation_of", "prepare", "spec_of"]
 
 # One process, which yields to others: the page waits for the rigid tool's kernels only.
 SNAKE = Preparation("vfix_engine.worlds.snake.preparation", (("drive",),), "prepared-snake", 219, spare=True)
 
 WORLDS = {
     "rigid": World("vfix_engine.worlds.rigid.spec", "RigidSpec", certified=True, preparation=RIGID),
-    "freehand": World("vfix_engine.worlds.freehand.spec", "FreehandSpec", certified=False),
+    "freehand": World("vfix_engine.worlds.freehand.spec", "FreehandSpec", certified=False, preparation=RIGID),
     "snake": World("vfix_engine.worlds.snake", "SnakeSystemSpec", certified=True, preparation=SNAKE),
-    "snake drive": World("vfix_engine.worlds.snake", "DriveSpec", certified=True),
+    "snake drive": World("vfix_engine.worlds.snake", "DriveSpec", certified=True, preparation=SNAKE),
 }
 
 
 def prepare() -> None:
     """Compile the kernels of every world; as ``Preparation.prepare``."""
-    for world in WORLDS.values():
-        if world.preparation is not None:
-            world.preparation.prepare()
+    for preparation in dict.fromkeys(world.preparation for world in WORLDS.values()):
+        preparation.prepare()
+
+
+def preparation_of(run: Run) -> Preparation:
+    """The kernels that a replay of a run needs. Raises InputError for a world that is not known here."""
+    return _world_of(run).preparation
 
 
 def spec_of(run: Run) -> SystemSpec:
@@ -59,9 +63,14 @@ def spec_of(run: Run) -> SystemSpec:
     Raises:
         InputError: a world that is not known here, or a spec that could not be written or does not fit.
     """
+    world = _world_of(run)
+    if run.manifest["spec_not_written"]:
+        raise InputError(f"the run does not hold its spec: {run.manifest['spec_not_written']}")
+    return world.load().from_parts(run.manifest["spec"], run.arrays)
+
+
+def _world_of(run: Run) -> World:
     name = run.manifest["world"]
     if name not in WORLDS:
         raise InputError(f"the run is of the world '{name}'; known here are {', '.join(WORLDS)}")
-    if run.manifest["spec_not_written"]:
-        raise InputError(f"the run does not hold its spec: {run.manifest['spec_not_written']}")
-    return WORLDS[name].load().from_parts(run.manifest["spec"], run.arrays)
+    return WORLDS[name]

@@ -7,16 +7,19 @@ from typing import Any
 import numpy as np
 
 from app.kit.kept import Same
-from app.kit.values import Position
+from app.kit.values import Position, rounded_up
 from app.planning.piercing import Pierced
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.verdict_figures import VerdictFigure, verdict_figures
+from app.scene.gap import Gap, GapNodes
 from app.scene.pierced import PiercedNodes
 from app.scene.stop import StopNode
 from app.scene.tool_ghost import ToolGhost
 from app.tabs.plan.sections import ClearanceProfile, FigureView, ObstacleCurve, PiercedView, VerdictView
 from app.workspace.layers import Layer
 from vfix_engine.arrays import Array
+from vfix_engine.geometry.capsules import Segments
+from vfix_engine.proximity.proximity import Proximity
 
 _SAME_MM = 1e-3  # an arc length nearer than this to that of a figure is the figure's
 
@@ -39,7 +42,7 @@ def verdict_view(evaluation: PlanEvaluation) -> VerdictView:
         "exact_to_mm": round(evaluation.run.exact_to_mm, 3),
         "tissue_mm": None if tissue is None else np.round(tissue.length, 1).tolist(),
         "tissue_depth_mm": None if tissue is None else np.round(tissue.depth, 2).tolist(),
-        "registration_mm": None if profile.off_mm is None else np.round(profile.off_mm, 3).tolist(),
+        "registration_mm": None if profile.off_mm is None else [rounded_up(off) for off in profile.off_mm.tolist()],
         "sideways_mm": verdict.pierced.at(profile.s),
     }
     figures = verdict_figures(evaluation)
@@ -92,35 +95,48 @@ def stop_layer(evaluation: PlanEvaluation | None) -> Layer[Any]:
 
 
 class ShownTool:
-    """Where along the path the tool is shown; nothing until somebody asks for it."""
+    """Where along the path the tool is shown, and where bone is nearest to it; nothing until somebody asks for it."""
 
     def __init__(self) -> None:
         self.s_mm: float | None = None
+        self.gap: Gap | None = None
 
     def clear(self) -> None:
-        self.s_mm = None
+        self.s_mm = self.gap = None
 
-    def at(self, evaluation: PlanEvaluation, s_mm: float) -> Position:
+    def at(self, evaluation: PlanEvaluation, s_mm: float, bone: Proximity) -> Position:
         """Show the tool in the pose of the dry run nearest to an arc length; returns what to look at.
 
-        That is where its tip is then, or at the figure of what it pierces, the place that is pierced.
+        That is where its tip is then, or at the figure of what it pierces, the place that is pierced, and at that of
+        the least clearance to bone, the bone there.
         """
         row = _row(evaluation, s_mm)
-        self.s_mm = float(evaluation.run.s[row])
-        pierced = evaluation.verdict.pierced
+        run = evaluation.run
+        self.s_mm = float(run.s[row])
+        nearest = bone.closest(Segments(run.segments_start[row], run.segments_end[row], evaluation.tool_radius))
+        radius = evaluation.tool_radius[nearest.segment]
+        self.gap = Gap(nearest.on_tool - radius * nearest.normal, nearest.on_surface, nearest.distance)
+        verdict, pierced = evaluation.verdict, evaluation.verdict.pierced
         if pierced.ends is not None and pierced.s_mm is not None and abs(pierced.s_mm - s_mm) < _SAME_MM:
             return pierced.ends[0]
-        x, y, z = evaluation.run.tip[row].tolist()
+        at_bone = row == verdict.obstacles[0].row
+        x, y, z = (nearest.on_surface if at_bone else run.tip[row]).tolist()
         return (x, y, z)
 
-    def layer(self, evaluation: PlanEvaluation | None) -> Layer[Any]:
-        """The tool in that pose."""
+    def layers(self, evaluation: PlanEvaluation | None) -> list[Layer[Any]]:
+        """The tool in that pose, and the gap between it and bone."""
         pose: tuple[Array, Array, Array] | None = None
+        gap: Gap | None = None
         if evaluation is not None and self.s_mm is not None:
             row = _row(evaluation, self.s_mm)
             run = evaluation.run
             pose = run.segments_start[row], run.segments_end[row], evaluation.tool_radius
-        return Layer("plan.tool", (Same(evaluation), self.s_mm), ToolGhost, lambda nodes: nodes.show(pose))
+            gap = self.gap
+        key = Same(evaluation), self.s_mm
+        return [
+            Layer("plan.tool", key, ToolGhost, lambda nodes: nodes.show(pose)),
+            Layer("plan.gap", key, GapNodes, lambda nodes: nodes.show(gap)),
+        ]
 
 
 def _row(evaluation: PlanEvaluation, s_mm: float) -> int:

@@ -1,5 +1,6 @@
 // Why no way was found, where it ends, and what can be done about it there.
 import { note, noteEdit } from "/static/js/dialogs.js";
+import { send } from "/static/js/rest.js";
 import { placeWords } from "/static/js/slices/place-words.js";
 import { hintLine, html, nothing } from "/static/js/template.js";
 import { removalBall } from "./removal.js";
@@ -11,6 +12,7 @@ import { ARRIVES_MM } from "./way-figures.js";
 /** @import { NonePublic, PlanSection, SuggestionPublic } from "/static/js/types.js" */
 
 const SEARCHED_MM = 2; // a way is longer than this
+const LONGEST_NAME = 120;
 
 /**
  * @param {SuggestionPublic} suggestion that has found none
@@ -20,12 +22,13 @@ const SEARCHED_MM = 2; // a way is longer than this
  * @param {{ end: () => void, remove: () => void, show: () => void }} does
  */
 export function noWay(suggestion, none, plan, earlier, { end, remove, show }) {
-  const shortens = none.gap_mm > ARRIVES_MM && itemAt(plan.targets, suggestion.target) && Math.hypot(...none.ends_at.map((value, axis) => value - suggestion.entry[axis])) >= SEARCHED_MM;
+  const target = itemAt(plan.targets, suggestion.target);
+  const shortens = none.gap_mm > ARRIVES_MM && target && Math.hypot(...none.ends_at.map((value, axis) => value - suggestion.entry[axis])) >= SEARCHED_MM;
   const help = html`The search ends ${placeWords(none.ends_at)}: ${none.reason}. It looked through ${none.searched}. A thinner tool or another entry may make a way too.`;
   return html`<div id="no-way">
-    ${hintLine("suggest-words", earlier ? "No way found before; plan changed since. Suggest again." : `No way found: ${none.short}.`, help, true)}
+    ${hintLine("suggest-words", earlier ? "No way found before; plan changed since. Suggest again." : `No way to ${target?.label ?? "it"}: ${none.short}.`, help, true)}
     <div class="buttons even">
-      ${shortens ? html`<button type="button" id="end-there" title="Move the target to where the way ends" ?disabled=${plan.locked} @click=${end}>End there</button>` : nothing}
+      ${shortens ? html`<button type="button" id="end-there" title="Add a target where the way ends" ?disabled=${plan.locked} @click=${end}>End there</button>` : nothing}
       <button type="button" id="remove-there" title="Mark bone to be removed where the way ends" ?disabled=${plan.locked} @click=${remove}>Remove bone there</button>
     </div>
     <button type="button" class="plain" @click=${show}>Show the place</button>
@@ -33,20 +36,21 @@ export function noWay(suggestion, none, plan, earlier, { end, remove, show }) {
 }
 
 /**
- * Move the target of the search to where the way ends, as one edit, and look for the way to there.
+ * Add a target where the way ends, as one edit, and look for the way to there; the target of the search stays.
  * @param {Connection} connection
  * @param {PathSearch} search
  */
 export async function endThere(connection, search) {
-  const { suggestion } = search;
-  const place = suggestion?.none?.ends_at;
-  const target = suggestion && itemAt(connection.state.plan?.targets ?? [], suggestion.target);
-  if (!target || !place) return;
-  // as a hand would move it
-  connection.send("item.drag", { item_id: target.id, position: place });
-  const moved = connection.request("item.drop", { item_id: target.id });
-  noteEdit(connection, "plan", moved, `${target.label} moved to where the way ends.`);
-  if (await moved.then(() => true, () => false)) search.look(connection.state.plan, target.id, place);
+  const { plan } = connection.state;
+  const { none, target } = search.suggestion ?? {};
+  const wanted = plan && target && itemAt(plan.targets, target);
+  if (!wanted || !none) return;
+  const label = `before ${wanted.label}`.slice(0, LONGEST_NAME);
+  /** @type {Promise<{ id: string }>} */
+  const added = send(`/api/v1/plans/${encodeURIComponent(plan.id)}/targets`, { position: none.ends_at, label });
+  noteEdit(connection, "plan", added, `Added ‘${label}’ where the way ends.`);
+  const made = await added.catch(() => null);
+  if (made) search.look(connection.state.plan, made.id, none.ends_at);
 }
 
 /**

@@ -56,6 +56,8 @@ export class SuggestGroup {
     this.newest.follow(plan, this.path);
     search.keepTo(plan?.id);
     search.join(state);
+    const aim = search.aim && plan?.targets.find(({ label }) => label === search.aim);
+    if (aim) [this.target, search.aim] = [aim.id, ""]; // the search may be another window's
     const of = [plan?.id, plan?.points, plan?.ghost, plan?.targets, plan?.nearest_target, plan?.locked, shaft?.shown, this.wanted, search.suggestion?.id, plan?.tool, surroundingsKey(state), search.busy, search.problem, search.drawing];
     this.changed(of, () => {
       draw(this.body, this.template(plan, shaft));

@@ -31,6 +31,7 @@ export class PathSearch {
     this.waiting = null;
     /** @type {string[]} searches that ran beside the one whose answer is shown */
     this.beside = [];
+    this.aim = ""; // the name of the target that is searched for, until it is known which one that is
     this.asked = ""; // the way whose preview is on its way
     this.problem = ""; // why there is no answer
     /** @type {Element[]} of the ways, once they are drawn */
@@ -94,6 +95,10 @@ export class PathSearch {
     let problem = "";
     try {
       const job = await begin();
+      if (mine === this.waiting) {
+        this.aim = job.subject;
+        this.changed();
+      }
       const found = mine === this.waiting ? await this.work.follow(job) : null;
       if (found && mine === this.waiting) answer = await read(`/api/v1/suggestions/${encodeURIComponent(found)}`);
       else problem = "The search was cancelled.";
@@ -188,7 +193,7 @@ export class PathSearch {
     if (this.connection.state.shaft?.shown) this.connection.send("suggestion.hide");
     this.suggestion = null;
     this.unknown = false;
-    this.problem = this.drawing = "";
+    this.problem = this.drawing = this.aim = "";
     this.pictures = [];
     this.beside = [];
   }

@@ -200,7 +200,8 @@ class PlanTab(Tab):
         elif evaluation is None:
             raise PlanError("the tool is shown once the simulation has ended.")
         else:
-            self.workspace.case.go_to(self._evaluations.tool.at(evaluation, command.s_mm))
+            bone = self._services.planning.bone(self._need().plan).tree
+            self.workspace.case.go_to(self._evaluations.tool.at(evaluation, command.s_mm, bone))
 
     def _edit(self, act: Callable[[EditedPlan], str], chosen: bool = False) -> None:
         """Do something with the open plan, say its words, and go to what it selects; chosen: also where it was that."""
@@ -274,7 +275,7 @@ class PlanTab(Tab):
         return [
             items_layer(self.items(), selected, locked=self._is_still),
             curve_layer(self.curve_key(), self.curve),
-            self._evaluations.tool.layer(evaluation),
+            *self._evaluations.tool.layers(evaluation),
             pierced_layer(evaluation),
             stop_layer(evaluation),
             *self._region_layers(),

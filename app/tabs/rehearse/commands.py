@@ -9,8 +9,9 @@ from pydantic import Field
 from app.drives import commands as drive
 from app.drives.commands import DriveCommand, HoldCommand, Push, SetDriveSettings
 from app.messages.fields import ClientMessage, Identifier
+from vfix_engine.runtime.control_mode import ControlMode, Device
 
-__all__ = ["COMMANDS", "DriveCommand", "HoldCommand", "Push", "SetDriveSettings", "SetMode", "SetOptions"]
+__all__ = ["COMMANDS", "DriveCommand", "HoldCommand", "Push", "SetControl", "SetDriveSettings", "SetMode", "SetOptions"]
 
 
 class SetMode(ClientMessage):
@@ -34,4 +35,22 @@ class SetOptions(ClientMessage):
     centre_mm: Annotated[float, Field(ge=0, le=1e4, allow_inf_nan=False)] | None = None
 
 
-COMMANDS: tuple[type[ClientMessage], ...] = (*drive.COMMANDS, SetMode, SetOptions)
+class SetControl(ClientMessage):
+    """Another control mode: at once among hands-on and teleoperated; to or from freehand the drive ends, and the next
+    one stands at the entry. device: of a teleoperated drive. preset: a paper's parameters, from the next entry on.
+    """
+
+    type: Literal["rehearsal.control"]
+    mode: ControlMode
+    device: Device = "position"
+    preset: Literal["li2004", "li2007"] | None = None
+
+
+COMMANDS: tuple[type[ClientMessage], ...] = (
+    *drive.COMMANDS,
+    drive.MoveMaster,
+    drive.DeflectRate,
+    SetMode,
+    SetControl,
+    SetOptions,
+)

@@ -54,7 +54,9 @@ export function structureColour(name, regions) {
  */
 export function placeWords({ profile }, s) {
   const row = rowAt(profile, s);
-  const away = profile.curves.map(({ name, clearance_mm: clearance }) => `${name} ${fixed(clearance[row], 2)}`);
+  // Bone is the first; from the reach of the exact distance on it is only known to be farther away.
+  const far = (/** @type {number} */ value, /** @type {number} */ index) => (index === 0 && value >= profile.exact_to_mm - 0.005 ? "≥ " : "");
+  const away = profile.curves.map(({ name, clearance_mm: clearance }, index) => `${name} ${far(clearance[row], index)}${fixed(clearance[row], 2)}`);
   if (profile.registration_mm) away.push(`registration ${fixed(profile.registration_mm[row], 2)}`);
   if (profile.tissue_mm) away.push(`tissue ${fixed(profile.tissue_mm[row], 0)}`);
   return `At ${fixed(s, 0)} mm: ${away.join(", ")} mm`;

@@ -10,7 +10,7 @@ import { remove } from "./rest.js";
  * Displayed jobs: those that a user waits for.
  * @type {Partial<Record<JobEntry["kind"], string>>}
  */
-const KINDS = { import: "Import", structures: "Import", overlay: "Import", dry_run: "Simulation", segmentation: "Segmentation" };
+const KINDS = { import: "Import", structures: "Import", overlay: "Import", segmentation: "Segmentation" };
 
 /** @param {JobEntry} job */
 export function jobWords(job) {

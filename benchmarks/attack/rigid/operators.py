@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -10,7 +10,10 @@ from benchmarks.attack import campaign
 from benchmarks.attack.campaign import NONSENSE, Random
 from vfix_engine.arrays import Array
 from vfix_engine.runtime.command import Command, Master
+from vfix_engine.runtime.control_mode import DEVICES, HANDS_ON, TELEOPERATED, Control
+from vfix_engine.runtime.hand import Hand, HandInput
 from vfix_engine.runtime.operator import Act
+from vfix_engine.runtime.requests import SetControl
 from vfix_engine.worlds.rigid.operators import to_nearest_bone
 from vfix_engine.worlds.rigid.state import RehearsalState
 from vfix_engine.worlds.rigid.system import RigidSystem
@@ -20,11 +23,16 @@ LOOK_AGAIN = 8  # steps after which the nearest bone is searched again
 
 @dataclass
 class Memory(campaign.Memory):
-    """What an operator remembers; held: whether the last step was, also after a change of the mode."""
+    """What an operator remembers; held: whether the last step was, also after a change of the mode.
+
+    hand, now: what the loop has heard of its devices, and the time.
+    """
 
     held: bool = False
     direction: Array | None = None
     until: int = 0
+    hand: Hand = field(default_factory=Hand)
+    now: float = 0.0
 
 
 Attack = campaign.Attack[Memory, RigidSystem, RehearsalState]
@@ -132,6 +140,39 @@ def master(memory: Memory, system: RigidSystem, state: RehearsalState) -> Act:
     return Act(Command(np.zeros(3), twist=twist, master=Master(increment, clutch)))
 
 
+def every_channel(memory: Memory, system: RigidSystem, state: RehearsalState) -> Act:
+    """Grip, keys, master and rate device at once, each unplugged and back, the mode changed within a step."""
+    random, hand, grip = memory.random, memory.hand, system.grip(state)
+    memory.now += 0.3 if random.random() < 0.02 else float(random.choice((state.settings.dt_s, 0.016)))
+    now = memory.now
+    kind = int(random.integers(10))
+    news: HandInput = hand.input.beaten(now) if random.random() < 0.7 else hand.input
+    if kind <= 1:
+        x, y, z = (grip.position + _to_bone(memory, system, state) * 10.0 ** random.uniform(0, 2)).tolist()
+        news = replace(news, grip=(x, y, z), moves=news.moves + 1, hand=news.hand.press(now))
+    elif kind <= 3:
+        way = _kept(memory, 40) * 10.0 ** random.uniform(-3, 3)
+        x, y, z = (np.array(news.master) + way).tolist()
+        news = news.led((x, y, z), bool(random.random() < 0.9), now)
+    elif kind <= 5:
+        six = random.choice((*NONSENSE, -1.0, 1.0), size=6) if random.random() < 0.2 else random.uniform(-1, 1, 6)
+        a, b, c, d, e, f = six.tolist()
+        news = news.deflected((a, b, c, d, e, f), now)
+    elif kind == 6:
+        drive, twist = (int(value) for value in random.integers(-1, 2, size=2))
+        news = replace(news, drive=drive, twist=twist, keys=news.keys.press(now))
+    elif kind == 7 and random.random() < 0.2:
+        news = news.released(now)
+    hand.hear(news, now)
+    command = hand.command(grip, now)
+    if random.random() < 0.1:
+        mode, device = (HANDS_ON, TELEOPERATED)[int(random.integers(2))], DEVICES[int(random.integers(2))]
+        control = Control(mode, device)
+        hand.choose(control, now)
+        return Act(command, (SetControl(control),))
+    return Act(command)
+
+
 ATTACKS: dict[str, Attack] = {
     "random": at_random,
     "jumps": jumping,
@@ -145,4 +186,5 @@ ATTACKS: dict[str, Attack] = {
     "flood": flooding,
     "along the path": driving,
     "master": master,
+    "every channel": every_channel,
 }

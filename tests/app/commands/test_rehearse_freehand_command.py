@@ -45,6 +45,10 @@ def test_a_free_hand_with_errors_of_vision_contacts_bone_and_its_run_is_scored(
     assert score["time_s"] == pytest.approx(said["time_s"])
     assert score["max_depth_mm"] == said["max_depth_mm"]
     assert score["path_error_mm"]["robot_frame"]["mean"] == pytest.approx(said["tip_error_mm"]["mean"], rel=1e-6)
+    assert main(["replay", said["run"], "--verify", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["same_hash"], "recorded by this processor"
+    assert main(["run", "list", "--mode", "freehand"]) == 0
+    assert "freehand (without the certificate)" in capsys.readouterr().out
     assert main(["score", said["run"]]) == 0
     assert "without the certificate" in capsys.readouterr().out
 
@@ -63,7 +67,6 @@ def test_a_steady_one_touches_nothing(capsys: pytest.CaptureFixture[str]) -> Non
         ["--soft-tissue"],
         ["--remote-centre"],
         ["--speed-limit"],
-        ["--preset", "li2004"],
         ["--approach", "10"],
         ["--tube", "1"],
         ["--margin", "0.5"],

@@ -9,6 +9,8 @@ import pytest
 import trimesh
 
 from app.cli import main
+from app.services import build_services
+from app.settings import Settings
 from tests.engine.scenes import curved_tube
 
 
@@ -43,6 +45,40 @@ def test_a_preset_drives_and_says_what_is_printed_and_what_is_not(
     for more in (["--view-distance", "5"], ["--operator", "pushing", "--free"]):
         assert main(["rehearse", *tube, "--preset", preset, *more, "--json"]) == 2
         assert "which would change its parameters" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "labels"),
+    [
+        (["--preset", "li2004"], ("hands-on", None, "li2004")),
+        (["--mode", "teleoperated"], ("teleoperated", "position", None)),
+        (["--mode", "teleoperated", "--preset", "li2007"], ("teleoperated", "position", "li2007")),
+        (["--mode", "teleoperated", "--device", "rate", "--preset", "li2004"], ("teleoperated", "rate", "li2004")),
+        (["--mode", "freehand", "--preset", "li2004", "--steady"], ("freehand", None, "li2004")),
+    ],
+)
+def test_every_mode_arrives_with_a_preset_and_says_what_it_is(
+    tube: list[str],
+    arguments: list[str],
+    labels: tuple[str, str | None, str | None],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["rehearse", *tube, *arguments, "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["completed"]
+    assert (report["mode"], report["device"], report["preset"]) == labels
+    assert report["certified"] == (labels[0] != "freehand")
+    assert report["time_s"] > 1.0
+    assert ("printed" in report) == (labels[2] is not None and report["certified"])
+    if report["certified"]:
+        assert report["tip_error_mm"]["mean"] <= 0.02
+    run = build_services(Settings.from_environment()).runs.get(report["run"])
+    assert (run.mode, run.manifest["device"], run.manifest["preset"]) == labels
+
+
+def test_a_device_is_of_a_teleoperated_drive(tube: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["rehearse", *tube, "--device", "rate"]) == 2
+    assert "--device goes with --mode teleoperated" in capsys.readouterr().err
 
 
 def test_soft_zones_that_a_preset_drops_are_told(

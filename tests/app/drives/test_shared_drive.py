@@ -21,6 +21,7 @@ from app.tabs.rehearse.view import rehearsal_section
 from tests.locks import Beside
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, InputError, PlanError
+from vfix_engine.runtime.control_mode import Control
 from vfix_engine.runtime.events import Event
 from vfix_engine.runtime.requests import Request, SetSettings, SetTask
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
@@ -38,7 +39,7 @@ class Process:
     silence_s = 0.0
     hand_lost = False
 
-    def __init__(self, *_: Any) -> None:
+    def __init__(self, *_: Any, **__: Any) -> None:
         self.told: list[Any] = []
         self.alive = True
         Process.last = self
@@ -102,12 +103,16 @@ def test_only_the_holder_moves_the_robot(drive: Drive) -> None:
         drive.pause(tab)
         drive.reset(tab)
         drive.axes(tab, 0.5, 0.0, 0.0)
+        drive.master(tab, (1.0, 2.0, 3.0), True)
+        drive.rate(tab, (0.5, 0.0, 0.0, 0.0, 0.0, 0.0))
+        drive.change_control(tab, Control("teleoperated"))
         drive.apply(tab, FREE)
         drive.change_settings(tab, {"margin_mm": 1.0})
         if tab == TWO:
             assert Process.last.told == []
     names = [name for name, *_ in Process.last.told]
-    assert names == ["set_grip", "drive", "twist", "run", "pause", "reset", "axes", "apply", "apply"]
+    hand = ["set_grip", "drive", "twist", "run", "pause", "reset", "axes", "master", "rate"]
+    assert names == [*hand, "control", "apply", "apply"]
 
 
 def test_each_sign_of_the_holders_hand_makes_those_who_hear_it_prompt(
@@ -124,9 +129,11 @@ def test_each_sign_of_the_holders_hand_makes_those_who_hear_it_prompt(
         drive.heartbeat(tab)
         drive.drive(tab, 1)
         drive.twist(tab, -1)
-        assert len(heard) == (4 if tab == ONE else 0)
+        drive.master(tab, (1.0, 2.0, 3.0), True)
+        drive.rate(tab, (0.5, 0.0, 0.0, 0.0, 0.0, 0.0))
+        assert len(heard) == (6 if tab == ONE else 0)
         drive.release(tab)
-    assert len(heard) == 4
+    assert len(heard) == 6
 
 
 def test_a_target_is_named_by_its_id_and_must_be_one_that_is_driven() -> None:
@@ -154,7 +161,7 @@ def test_a_heartbeat_never_takes_hold(drive: Drive) -> None:
     drive.heartbeat(ONE)
     drive.release(ONE)
     drive.heartbeat(ONE)
-    beat, grip = ("heartbeat",), ("set_grip", (1.0, 2.0, 3.0))
+    beat, grip = ("heartbeat",), ("set_grip", (1.0, 2.0, 3.0), False)
     assert Process.last.told == [beat, grip, beat, ("release",), beat]
 
 
@@ -293,8 +300,8 @@ def test_a_hand_that_was_let_go_of_has_to_take_hold_again(drive: Drive) -> None:
     drive.set_grip(ONE, (9.0, 9.0, 9.0), takes_hold=False)
     drive.heartbeat(ONE)
     assert Process.last.told == [
-        ("set_grip", (1.0, 2.0, 3.0)),
-        ("set_grip", (2.0, 2.0, 3.0)),
+        ("set_grip", (1.0, 2.0, 3.0), False),
+        ("set_grip", (2.0, 2.0, 3.0), False),
         ("release",),
         ("heartbeat",),
     ]

@@ -55,6 +55,7 @@ def test_a_run_comes_back_byte_for_byte(
         "rigid",
         True,
     )
+    assert run.mode == "hands-on", "as every rigid run before there were modes"
     assert (run.manifest["seed"], run.end) == (7, {"ticks": 100, "sha256": "ab", "lost": 2})
     assert run.size_bytes == sum(len(data) for data in before.values())
     again = RunService(store)

@@ -27,15 +27,31 @@ def first(found: PlanEvaluation) -> VerdictFigure:
     return verdict_figures(found)[0]
 
 
-def test_a_pierced_wall_comes_first_at_its_place(found: PlanEvaluation) -> None:
+def test_the_gap_to_bone_is_shown_with_the_tool(found: PlanEvaluation, phantom_services: Services) -> None:
+    """Its ends are as far apart as the dry run says that bone is, and at the least one the bone is looked at."""
+    bone, least = phantom_services.planning.bone(phantom_services.plans.get(SAMPLE)).tree, found.verdict.obstacles[0]
+    shown = ShownTool()
+    place = shown.at(found, float(found.run.s[least.row]), bone)
+    gap = shown.gap
+    assert gap is not None
+    assert gap.length_mm == pytest.approx(least.least_mm, abs=1e-6)
+    assert np.linalg.norm(gap.on_tool - gap.on_bone) == pytest.approx(gap.length_mm, abs=1e-6)
+    assert place == tuple(gap.on_bone)
+    assert shown.at(found, 10.0, bone) == tuple(found.run.tip[np.abs(found.run.s - 10.0).argmin()])
+    shown.clear()
+    assert shown.gap is None
+
+
+def test_a_pierced_wall_comes_first_at_its_place(found: PlanEvaluation, phantom_services: Services) -> None:
+    bone = phantom_services.planning.bone(phantom_services.plans.get(SAMPLE)).tree
     wall = Pierced("wall", 12.0, 5.0, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 31.0, "on the left")
     verdict = replace(found.verdict, level="pierces", reason="wall", pierced=wall)
     assert verdict.short.startswith("Blocked: ")
     assert first(replace(found, verdict=verdict)) == VerdictFigure("wall pierced", None, "pierces", 31.0)
-    tip = ShownTool().at(found, 31.0)
+    tip = ShownTool().at(found, 31.0, bone)
     shown = ShownTool()
-    assert shown.at(replace(found, verdict=verdict), 31.0) == (0.0, 0.0, 0.0) != tip
-    assert shown.at(replace(found, verdict=verdict), 40.0) == ShownTool().at(found, 40.0)
+    assert shown.at(replace(found, verdict=verdict), 31.0, bone) == (0.0, 0.0, 0.0) != tip
+    assert shown.at(replace(found, verdict=verdict), 40.0, bone) == ShownTool().at(found, 40.0, bone)
     assert verdict.pierced_place == (31.0, (0.0, 0.0, 0.0))
     assert replace(verdict, reason="held").pierced_place is None
     skin = replace(found.verdict, level="blocked", reason="pierced", pierced=replace(wall, state="room"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,9 +11,10 @@ import pytest
 
 from tests.engine.tiny import Jump, TinySettings, TinySpec, halved
 from vfix_engine.errors import ControlError, InputError
-from vfix_engine.runtime import Command, Master, Reset, SetSettings, Straighten
+from vfix_engine.runtime import Command, Control, Master, Reset, SetControl, SetSettings, Straighten
 from vfix_engine.runtime.background import InlineWorker
 from vfix_engine.runtime.command import COMMAND_SIZE, command_from_row, command_to_row
+from vfix_engine.runtime.control_mode import run_mode
 from vfix_engine.runtime.driver import Driver
 from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import PART, SIDEWAYS, Run, RunWriter
@@ -62,11 +64,41 @@ def test_a_run_comes_back_as_it_was(tmp_path: Path) -> None:
         drive(tmp_path / "one.run")
 
 
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ((), ("hands-on", None)),
+        (((0, Control("teleoperated", "rate")),), ("teleoperated", "rate")),
+        (((0, Control("teleoperated")), (3, Control("teleoperated", "rate"))), ("mixed", None)),
+        (((2, Control("hands-on", "rate")),), ("hands-on", None)),
+        (((2, Control("teleoperated")), (3, Control("hands-on"))), ("mixed", None)),
+    ],
+)
+def test_the_manifest_says_the_mode_that_was_driven(
+    tmp_path: Path, changes: tuple[tuple[int, Control], ...], told: tuple[str, str | None]
+) -> None:
+    writer = RunWriter(tmp_path / "run", SPEC, SPEC.build().row_layout, control=Control(), preset="li2004")
+    for at, control in changes:
+        writer.event_at(at, "request", SetControl(control))
+    writer.close()
+    run = Run.read(tmp_path / "run")
+    assert (run.mode, run.manifest["device"], run.manifest["preset"]) == (*told, "li2004")
+
+
+def test_runs_of_before_have_the_mode_of_their_world() -> None:
+    assert [run_mode({"world": world}) for world in ("rigid", "freehand", "snake")] == ["hands-on", "freehand", None]
+    with pytest.raises(InputError, match="the control mode 'by wire' is not one of"):
+        Control("by wire")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="the device 'voice' is not one of"):
+        Control("teleoperated", "voice")  # type: ignore[arg-type]
+
+
 def test_a_replay_is_the_same_to_the_last_bit(tmp_path: Path) -> None:
     drive(tmp_path / "one.run")
     again = replay(Run.read(tmp_path / "one.run"), SPEC)
     assert again.same
     assert again.largest_difference == 0.0
+    assert again.sha256 == json.loads((tmp_path / "one.run" / "end.json").read_text())["sha256"]
     assert again.other_arithmetic == {}
     assert len(again.states) == 61
     assert any(state.half for state in again.states), "the worker took part"
@@ -96,6 +128,10 @@ def test_a_replay_names_the_first_difference(tmp_path: Path) -> None:
     assert replay(replace(run, ticks=ticks), SPEC).first_difference == 12
     without = tuple(event for event in run.events if event.kind != "adopt")
     assert replay(replace(run, events=without), SPEC).first_difference == 17
+    for value in (np.nan, np.inf):
+        ticks = run.ticks.copy()
+        ticks[12, -1] = value
+        assert replay(replace(run, ticks=ticks), SPEC).largest_difference == np.inf, "only one of two is finite"
     with pytest.raises(InputError, match="lost 3 steps"):
         replay(replace(run, lost=3), SPEC)
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from ...arrays import Array, IndexArray
+from ...arrays import Array, BoolArray, IndexArray
+from ...control import ControlSettings
 from ...errors import InputError
 from ...geometry.path import SplinePath
 from ...robots import Tool
@@ -15,8 +15,10 @@ from ...runtime.requests import Reset, SetSettings
 from ...runtime.run import Run
 from ...runtime.system import SystemSpec
 from ...virtual_fixtures.zones import ANATOMY, ordered
+from ...worlds.rigid.row import PHASES
 
 _AXES = "xyz"
+_COMPENSATED = [PHASES.index(name) for name in ("approach", "follow", "done")]
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +29,9 @@ class Samples:
     tip, rotation: (n, 3) and (n, 3, 3), pose of the tip. distance: (n, B, S) from each structure to each part of the
         tool, negative where they overlap, cut at the boundary threshold.
     phase, outcome, target: (n,) as in the row; path_s: (n,) arc length nearest to the tip, -1 without a path.
-    view_distance_mm: (n,) of the point that inspection holds on its target.
+    deflection: (n, 3) of the tip under the hand, which the controller has compensated; 0 without.
+    view_distance_mm: (n,) of the point that inspection holds on its target. settings: in force at each.
+    force: (n, 3) in N, of the hand, after the cap.
     structures: B ids, the anatomy first; tool, path, targets: of the spec.
     """
 
@@ -40,17 +44,30 @@ class Samples:
     outcome: IndexArray
     target: IndexArray
     path_s: Array
+    deflection: Array
     view_distance_mm: Array
+    settings: tuple[ControlSettings, ...]
+    force: Array
     structures: tuple[str, ...]
     tool: Tool
     path: SplinePath | None
     targets: Array
 
     @property
+    def believed(self) -> Array:
+        """(n, 3) tips as the controller believes them: where a compensated deflection has brought them."""
+        return self.tip + self.deflection
+
+    @property
     def view_point(self) -> Array:
         """(n, 3) the point that inspection holds on its target."""
-        direction = np.stack([self.tool.direction(rotation) for rotation in self.rotation])
-        return self.tip + self.view_distance_mm[:, None] * direction
+        return self.view_point_of(self.tip, self.rotation)
+
+    def view_point_of(self, tip: Array, rotation: Array) -> Array:
+        """The same of a tool with other tips (n, 3) and rotations (n, 3, 3)."""
+        direction = np.stack([self.tool.direction(one) for one in rotation])
+        points: Array = tip + self.view_distance_mm[:, None] * direction
+        return points
 
 
 def samples_of(run: Run, spec: SystemSpec) -> Samples:
@@ -74,17 +91,21 @@ def samples_of(run: Run, spec: SystemSpec) -> Samples:
     structures = (ANATOMY, *(zone.name for zone in ordered(scene.zones)))
     distance = [[rows[:, at[f"d{b}_{s}"]] for s in range(len(tool.radius))] for b in range(len(structures))]
     settings = _settings(run, control, first)
+    force, phase = rows[:, [at[f"force_{axis}"] for axis in _AXES]], rows[:, at["phase"]].astype(np.int64)
     return Samples(
         first=first,
         period_s=np.array([one.dt_s for one in settings]),
         tip=rows[:, [at[f"tip_{axis}"] for axis in _AXES]],
         rotation=rows[:, [at[f"r{i}{j}"] for i in range(3) for j in range(3)]].reshape(-1, 3, 3),
         distance=np.moveaxis(np.array(distance), -1, 0),
-        phase=rows[:, at["phase"]].astype(np.int64),
+        phase=phase,
         outcome=rows[:, at["outcome"]].astype(np.int64),
         target=rows[:, at["target"]].astype(np.int64),
         path_s=rows[:, at["path_s"]],
+        deflection=_deflection(run, settings, force, phase),
         view_distance_mm=np.array([one.view_distance_mm for one in settings]),
+        settings=tuple(settings),
+        force=force,
         structures=structures,
         tool=tool,
         path=None if scene.path_points is None else SplinePath(scene.path_points),
@@ -92,7 +113,24 @@ def samples_of(run: Run, spec: SystemSpec) -> Samples:
     )
 
 
-def _settings(run: Run, first_ones: Any, first: int) -> list[Any]:
+def _deflection(run: Run, settings: list[ControlSettings], force: Array, phase: IndexArray) -> Array:
+    """(n, 3) deflection that the controller compensated: on the path's task, under a hand on the robot."""
+    first = len(run.ticks) - len(force)
+    compliance = np.array([one.compliance_mm_per_n for one in settings])
+    under = hand_on_robot(run)[first:] & np.isin(phase, _COMPENSATED)
+    found: Array = (compliance * under)[:, None] * force
+    return found
+
+
+def hand_on_robot(run: Run) -> BoolArray:
+    """(n,) whether the force of each step is that of a hand on the robot: not of a device, nor of a free hand."""
+    if run.manifest["world"] == "freehand":
+        return np.zeros(len(run.ticks), dtype=bool)
+    device: Array = run.ticks[:, [name for name, _ in run.manifest["columns"]].index("master")]
+    return np.asarray(device == 0.0)
+
+
+def _settings(run: Run, first_ones: ControlSettings, first: int) -> list[ControlSettings]:
     """The settings in force at every sample from ``first`` on; a return to the start brings back the first ones."""
     found, now, events = [], first_ones, list(run.events)
     for index in range(len(run.ticks)):
@@ -100,7 +138,7 @@ def _settings(run: Run, first_ones: Any, first: int) -> list[Any]:
             content = events.pop(0).content
             if isinstance(content, Reset):
                 now = first_ones
-            elif isinstance(content, SetSettings):
+            elif isinstance(content, SetSettings) and isinstance(content.settings, ControlSettings):
                 now = content.settings
         found.append(now)
     return found[first:]

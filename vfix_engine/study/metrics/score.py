@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...arrays import Array
 from ...errors import InputError
-from ...runtime.driver import Driver
-from ...runtime.replay import replay
 from ...runtime.run import Run
 from ...runtime.system import SystemSpec
 from ...validate import rigid_transform
 from ...worlds.registry import WORLDS, spec_of
-from ...worlds.rigid.row import OUTCOMES, PHASES
+from ...worlds.rigid.row import PHASES
+from ..error_chain import ErrorChain
+from .held import HELD, held_by
 from .samples import Samples, samples_of
 from .smoothness import filter_words, log_dimensionless_jerk, spectral_arc_length
+from .true_frame import true_frame
 
 PATH_WINDOW_MM = 5.0  # the nearest point of the path is searched this far from the recorded one, on the same branch
-SAME_MM = 1e-9  # a replay that differs by more is of another arithmetic: its constraints are not the run's
-_HELD = OUTCOMES.index("held")
 _ON_PATH = [PHASES.index(name) for name in ("follow", "done")]
 _PATH = [PHASES.index("approach"), *_ON_PATH]
 _ON_TARGET = PHASES.index("inspect_hold")
@@ -83,7 +83,8 @@ class RunScore:
     path_length_mm, spectral_arc_length, log_dimensionless_jerk: of the tip after the approach; the last two None where
         they are not defined.
     least_clearance_mm: by structure, negative where it was entered; cut at the boundary threshold.
-    held_by: None where the run cannot be replayed.
+    held_by: None where a held step, made anew, ends at another pose, as with another version of the control.
+    truth: figures of ``TrueFrame.report``, None without an error chain.
     """
 
     world: str
@@ -105,38 +106,57 @@ class RunScore:
     held_by: tuple[HeldTime, ...] | None
     target_error_mm: Errors | None
     angle_deg: float | None
+    truth: dict[str, Any] | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""
         return asdict(self)
 
 
-def score_run(run: Run, spec: SystemSpec | None = None, transform_believed_to_true: Array | None = None) -> RunScore:
+class _Tool(NamedTuple):
+    """The tool in one frame: tips (n, 3), and rotations (n, 3, 3) there."""
+
+    tip: Array
+    rotation: Array
+
+
+def score_run(
+    run: Run,
+    spec: SystemSpec | None = None,
+    transform_believed_to_true: Array | None = None,
+    errors: ErrorChain | None = None,
+) -> RunScore:
     """Score a run of a rigid tool, from its last return to the start on.
 
     Args:
         spec: that the run was driven with; None: made of its manifest.
         transform_believed_to_true: (4, 4) rigid, from where the run has the tool to where it truly was, such as the
             error of a registration; None: both are the same.
+        errors: the chain from one to the other, instead of a transform.
 
     Raises:
-        InputError: the run has no samples or no rigid tool, its spec is not in the manifest, or the transform is not
-            rigid.
+        InputError: the run has no samples or no rigid tool, its spec is not in the manifest, the transform is not
+            rigid, or both a transform and errors are given.
     """
     spec = spec_of(run) if spec is None else spec
     samples = samples_of(run, spec)
-    moved = (
-        np.eye(4)
-        if transform_believed_to_true is None
-        else rigid_transform(transform_believed_to_true, "the transform")
-    )
+    believed = true = _Tool(samples.believed, samples.rotation)
+    truth = None
+    if errors is not None:
+        if transform_believed_to_true is not None:
+            raise InputError("a score has errors or a transform, not both")
+        frame = true_frame(run, spec, samples, errors)
+        true, truth = _Tool(frame.tip, frame.rotation), frame.report()
+    elif transform_believed_to_true is not None:
+        moved = rigid_transform(transform_believed_to_true, "the transform")
+        true = _Tool(believed.tip @ moved[:3, :3].T + moved[:3, 3], moved[:3, :3] @ believed.rotation)
     world = str(run.manifest["world"])
     certified = world in WORLDS and WORLDS[world].certified
     task = _task(samples)
     rate = 1.0 / float(np.median(samples.period_s[task]))
     speed = _steps(samples.tip[task]) * rate
     contacts = contacts_of(samples)
-    held = samples.outcome == _HELD
+    held = samples.outcome == HELD
     return RunScore(
         world=world,
         mode=_mode(run, samples),
@@ -146,7 +166,7 @@ def score_run(run: Run, spec: SystemSpec | None = None, transform_believed_to_tr
         approach=Approach(
             float(samples.period_s[: task.start].sum()), float(_steps(samples.tip[: task.start + 1]).sum())
         ),
-        path_error_mm=_path_error(samples, moved),
+        path_error_mm=_path_error(samples, believed, true),
         path_length_mm=float(_steps(samples.tip[task]).sum()),
         spectral_arc_length=_number(spectral_arc_length(speed, rate)),
         log_dimensionless_jerk=_number(log_dimensionless_jerk(speed, rate)),
@@ -158,9 +178,10 @@ def score_run(run: Run, spec: SystemSpec | None = None, transform_believed_to_tr
             name: float(samples.distance[:, body].min()) for body, name in enumerate(samples.structures)
         },
         held_s=float(samples.period_s[held].sum()),
-        held_by=_held_by(run, spec, samples) if held.any() else (),
-        target_error_mm=_target_error(samples, moved),
+        held_by=_held_by(run, spec, samples),
+        target_error_mm=_target_error(samples, believed, true),
         angle_deg=_angle(samples),
+        truth=truth,
     )
 
 
@@ -185,35 +206,38 @@ def _task(samples: Samples) -> slice:
     return slice(first, len(samples.tip))
 
 
-def _path_error(samples: Samples, moved: Array) -> Errors | None:
+def _path_error(samples: Samples, believed: _Tool, true: _Tool) -> Errors | None:
     """Distance of the tip to the path over the samples of the path's task, without the approach."""
     path, task = samples.path, _task(samples)
     rows = np.flatnonzero(np.isin(samples.phase, _PATH))
     rows = rows[rows >= task.start]
     if path is None or not len(rows) or not np.isin(samples.phase[rows], _ON_PATH).any():
         return None
-    tips = samples.tip[rows]
-    true = tips @ moved[:3, :3].T + moved[:3, 3]
 
     def errors(places: Array) -> MeanMax:
         away = []
-        for place, tip, s in zip(places, tips, samples.path_s[rows], strict=True):
+        for place, tip, s in zip(places, believed.tip[rows], samples.path_s[rows], strict=True):
             window = PATH_WINDOW_MM + float(np.linalg.norm(place - tip))
             away.append(float(np.linalg.norm(path.closest(place, float(s), window)[1] - place)))
         return _mean_max(np.array(away))
 
-    believed = errors(tips)
-    return Errors(believed, believed if np.array_equal(moved, np.eye(4)) else errors(true))
+    return Errors(*_both(errors, believed.tip[rows], true.tip[rows]))
 
 
-def _target_error(samples: Samples, moved: Array) -> Errors | None:
+def _target_error(samples: Samples, believed: _Tool, true: _Tool) -> Errors | None:
     """Distance of the inspected target to the point that the tool holds on it."""
     rows = samples.phase == _ON_TARGET
     if not rows.any():
         return None
-    points, goals = samples.view_point[rows], samples.targets[samples.target[rows]]
-    true = points @ moved[:3, :3].T + moved[:3, 3]
-    return Errors(*(_mean_max(np.linalg.norm(places - goals, axis=1)) for places in (points, true)))
+    goals = samples.targets[samples.target[rows]]
+    points = [samples.view_point_of(*one)[rows] for one in (believed, true)]
+    return Errors(*_both(lambda places: _mean_max(np.linalg.norm(places - goals, axis=1)), *points))
+
+
+def _both(errors: Callable[[Array], MeanMax], believed: Array, true: Array) -> tuple[MeanMax, MeanMax]:
+    """Errors of the places (n, 3) in both frames."""
+    first = errors(believed)
+    return first, first if np.array_equal(believed, true) else errors(true)
 
 
 def _angle(samples: Samples) -> float | None:
@@ -227,23 +251,13 @@ def _angle(samples: Samples) -> float | None:
 
 
 def _held_by(run: Run, spec: SystemSpec, samples: Samples) -> tuple[HeldTime, ...] | None:
-    """Time by constraint, the strongest of each held step; from a replay, as a row has no constraints."""
+    """Time by constraint, the strongest of each held step."""
     time: dict[tuple[str, str, str], float] = defaultdict(float)
-
-    def look(index: int, driver: Driver[Any]) -> None:
-        place = index - samples.first
-        if place >= 0 and samples.outcome[place] == _HELD:
-            snapshot = driver.system.snapshot(driver.state)
-            one = snapshot.blockers[0] if snapshot.blockers else None
-            key = ("end", "", "") if one is None else (one.kind, one.structure, one.part)
-            time[key] += float(samples.period_s[place])
-
-    try:
-        again = replay(run, spec, keep_states=False, each=look)
-    except InputError:  # lost steps, or another version's columns
-        return None
-    if not again.largest_difference <= SAME_MM:
-        return None
+    places = np.flatnonzero(samples.outcome == HELD)
+    for place, one in zip(places, held_by(run, spec, samples, places), strict=True):
+        if one is None:
+            return None
+        time[one.kind, one.structure, one.part] += float(samples.period_s[place])
     return tuple(HeldTime(*key, seconds) for key, seconds in sorted(time.items(), key=lambda item: -item[1]))
 
 

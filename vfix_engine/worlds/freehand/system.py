@@ -14,7 +14,8 @@ from ...control import ControlSettings
 from ...control.tasks import PathPoint
 from ...errors import ControlError, InputError, StartRefused
 from ...runtime.command import Command
-from ...runtime.requests import Request, SetSettings, SetTask
+from ...runtime.control_mode import FREEHAND
+from ...runtime.requests import Request, SetControl, SetSettings, SetTask
 from ...runtime.system import Background, Column, Grip
 from ..rigid.command_values import array_of, share_of
 from ..rigid.scene import Scene
@@ -82,6 +83,8 @@ class FreehandSystem:
             if not isinstance(request.settings, ControlSettings):
                 raise InputError(f"a free tool is driven with ControlSettings, not with {request.settings!r:.60}")
             return replace(state, settings=request.settings)
+        if isinstance(request, SetControl) and request.control.mode == FREEHAND:
+            return state
         raise ControlError(f"a free tool cannot be asked to {type(request).__name__}")
 
     def _with_mode(self, state: FreehandState, mode: str, target: int = 0) -> FreehandState:
@@ -115,7 +118,9 @@ class FreehandSystem:
     def grip(self, state: FreehandState) -> Grip:
         """The grip on the tool's shaft."""
         grip = self.scene.tool.grip(state.rotation, state.position)
-        return Grip(grip, state.settings.stiffness_n_per_mm, state.settings.force_cap_n)
+        axes = camera_at(state.rotation, state.position, self.scene.tool)[:3, :3]
+        settings = state.settings
+        return Grip(grip, settings.stiffness_n_per_mm, settings.force_cap_n, axes, grip - state.position)
 
     def row(self, state: FreehandState, out: Array) -> None:
         write_row(state, out)

@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from ...errors import ControlError
+from ...runtime.control_mode import Control
 from ...runtime.driver import Driver, Log
 from ...runtime.requests import Reset, SetTask
 from ...virtual_fixtures.tip_limit import tip_limits
 from .dry_run import dry_run
-from .operators import PushingOperator, RigidOperator, ScriptedOperator
+from .operators import PushingOperator, RigidOperator, ScriptedOperator, behind_device
 from .rehearsal import Rehearsal
 from .requests import ApproachPoint
 from .servo import ServoWatch
@@ -28,6 +29,8 @@ ATTEMPTS = 3  # to bring the view onto a target, each from further out
 BACK_OFF_MM = 8.0
 PASSED_MM = 0.3  # the view is past its nearest place when it is this much further away again
 WARM_UP_STEPS = 20  # not counted in the step times: caches fill
+
+HAND = Control()
 
 Keep = Callable[[RigidSnapshot], None]
 
@@ -83,6 +86,7 @@ class HeadlessRun:
     log: destination of the recorded run; None: nothing is recorded.
     servo: measures the poses between the steps as well; None: nothing does.
     begin_mm: arc length of the path's point that is approached first; None: the one nearest to the entry's pose.
+    control: hands-on, or the device of a teleoperated drive.
 
     Raises:
         StartRefused: the start pose is outside a limit or inside the margin.
@@ -95,8 +99,9 @@ class HeadlessRun:
         log: Log | None = None,
         begin_mm: float | None = None,
         servo: ServoWatch | None = None,
+        control: Control = HAND,
     ):
-        self._begin_mm, self.servo = begin_mm, servo
+        self._begin_mm, self.servo, self.control = begin_mm, servo, control
         self.rehearsal, self._keep, self.tally = rehearsal, keep, RehearsalTally()
         self._driver = Driver(rehearsal.system, log=log)
         self.limits = tip_limits(rehearsal.scene.fixtures)
@@ -111,7 +116,7 @@ class HeadlessRun:
     def follow(self) -> RigidSnapshot:
         """Along the path to its end, or until the hand gives up."""
         self._start()
-        return self._drive(ScriptedOperator(), lambda s: s.phase == "done")
+        return self._drive(self._scripted(), lambda s: s.phase == "done")
 
     def push(self, steps: int, seed: int, free: bool) -> dict[str, Any]:
         """Along the path to its tightest place, then ``steps`` steps of full force into bone; what these came to."""
@@ -119,20 +124,20 @@ class HeadlessRun:
         dry = dry_run(rehearsal.scene, rehearsal.settings)
         tightest = float(dry.s[dry.clearance.argmin()])
         self._start()
-        snapshot = self._drive(ScriptedOperator(), lambda s: s.progress_mm >= tightest or s.phase == "done")
+        snapshot = self._drive(self._scripted(), lambda s: s.progress_mm >= tightest or s.phase == "done")
         if free:
             self._driver.apply(SetTask("free"))
             self.tally.errors.clear()  # without the fixture the path is no reference
-        operator = PushingOperator(seed)
+        operator = behind_device(PushingOperator(seed), self.control)
         pushed = RehearsalTally()
         for _ in range(steps):
             snapshot = self._one(operator)
             pushed.add(snapshot, 0.0)
         return {
-            "mode": snapshot.mode,
             # What slowed the last step, or what it went along without being slowed.
             "reason": snapshot.reason or next(iter(snapshot.active), ""),
             "pushing": {
+                "task": snapshot.mode,
                 "steps": pushed.steps,
                 "min_clearance_mm": pushed.least_clearance,
                 "min_bone_clearance_mm": pushed.least_clearance,
@@ -155,7 +160,7 @@ class HeadlessRun:
             if attempt:
                 self._back_off()
             self._driver.apply(SetTask("inspect", target))
-            snapshot = self._drive(ScriptedOperator(), _arrival())
+            snapshot = self._drive(self._scripted(), _arrival())
             if snapshot.phase == "inspect_hold":
                 return {"target": name, "reached": True, "reason": ""} | self._swing(steps)
         reason = snapshot.reason or next(iter(snapshot.active), "the view does not get there")
@@ -163,7 +168,7 @@ class HeadlessRun:
 
     def _swing(self, steps: int) -> dict[str, Any]:
         """Swing about the target: the error of the view and the largest turn from where it began."""
-        driver, operator = self._driver, ScriptedOperator()
+        driver, operator = self._driver, self._scripted()
         first = driver.state.tool.tip.rotation
         errors, swing = [], 0.0
         for _ in range(steps):
@@ -176,7 +181,7 @@ class HeadlessRun:
         """Back onto the path and some distance out along it."""
         state = self._driver.apply(SetTask("path"))
         out = self.rehearsal.snapshot(state).progress_mm - BACK_OFF_MM
-        self._drive(ScriptedOperator(drive=-1), lambda s: s.phase == "follow" and s.progress_mm <= max(out, 0.0))
+        self._drive(self._scripted(drive=-1), lambda s: s.phase == "follow" and s.progress_mm <= max(out, 0.0))
 
     def _to_best_view(self, goal: np.ndarray) -> None:
         """Drive on until the virtual point has passed where it is nearest to the goal."""
@@ -188,7 +193,10 @@ class HeadlessRun:
             nearest = min(nearest, distance)
             return snapshot.phase == "done" or distance > nearest + PASSED_MM
 
-        self._drive(ScriptedOperator(), passed)
+        self._drive(self._scripted(), passed)
+
+    def _scripted(self, drive: int = 1) -> RigidOperator:
+        return behind_device(ScriptedOperator(drive), self.control)
 
     def _start(self) -> None:
         """To the entry, on the path. Raises ControlError where there is none."""

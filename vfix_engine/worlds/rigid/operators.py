@@ -1,4 +1,4 @@
-"""Operators of the rigid tool: one that does the job, one that pushes into bone with all its force."""
+"""Operators of the rigid tool: one that does the job, one that pushes into bone, and both behind a device."""
 
 from __future__ import annotations
 
@@ -7,7 +7,11 @@ from collections.abc import Callable
 import numpy as np
 
 from ...arrays import Array
-from ...runtime.command import Command
+from ...control.admittance import saturate
+from ...control.tasks import view_point
+from ...kernels.triples import triple
+from ...runtime.command import Command, Master
+from ...runtime.control_mode import TELEOPERATED, Control
 from ...runtime.operator import Act
 from .state import RehearsalState
 from .system import RigidSystem
@@ -58,6 +62,42 @@ class PushingOperator:
             direction = _unit(ahead + (0.3 if self._kind == 2 else -0.3) * self._push)
         twist = int(self._random.integers(-1, 2)) if fresh else 0
         return Act(Command(state.settings.force_cap_n * direction, twist=twist))
+
+
+class TeleoperatedOperator:
+    """Another operator at a device: what it would do with its hand, it does with a master or a rate device.
+
+    A master is moved as fast as that force would move a free tool, so that its spring comes to pull with it.
+    """
+
+    def __init__(self, hand: RigidOperator, control: Control):
+        self._hand, self._device = hand, control.device
+
+    def __call__(self, system: RigidSystem, state: RehearsalState) -> Act:
+        act = self._hand(system, state)
+        command, settings = act.command, state.settings
+        wanted = command.force + command.drive * settings.force_cap_n * _towards(system, state)
+        force = np.array(saturate(triple(wanted), settings.force_cap_n))
+        if self._device == "rate":
+            return Act(Command(force, twist=command.twist, rate=True), act.requests)
+        increment = settings.gain_mm_per_s_per_n * settings.dt_s / settings.master_scale * force
+        return Act(Command(np.zeros(3), twist=command.twist, master=Master(increment)), act.requests)
+
+
+def behind_device(hand: RigidOperator, control: Control) -> RigidOperator:
+    """The operator itself with a hand on the robot, or at the device of a teleoperated drive."""
+    return TeleoperatedOperator(hand, control) if control.mode == TELEOPERATED else hand
+
+
+def _towards(system: RigidSystem, state: RehearsalState) -> Array:
+    """Unit direction (3,) of ``Command.drive``: along the path, or of the view towards its target; 0 where neither."""
+    if state.mode == "path" and state.nearest is not None:
+        return np.asarray(state.nearest.tangent, dtype=float)
+    if state.phase != "inspect_approach":
+        return np.zeros(3)
+    centre = view_point(state.tool, system.scene.tool, state.settings.view_distance_mm)
+    way: Array = system.scene.targets[state.target] - centre
+    return _unit(way) if way.any() else way
 
 
 def to_nearest_bone(system: RigidSystem, state: RehearsalState) -> Array:

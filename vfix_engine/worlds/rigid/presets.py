@@ -10,11 +10,14 @@ from ...control.tasks.printed_path import PrintedWeights
 from ...robots import RobotModel
 from ...virtual_fixtures.joint_limits import MOTION_WEIGHT
 from .scene import Scene
+from .spec import SceneSpec
 
 OUTER_S = 1.0 / 30.0  # period of both papers' control loop
+GAIN = 1.0  # mm/s per N, k of (10), assumed: between two periods the tip leaves a bent path by its step squared
+_MOTION = {"dt_s": OUTER_S, "gain_mm_per_s_per_n": GAIN, "k_d": 0.2, "k_tau": 0.0, "capture_mm": 1.0}
 
 _ASSUMED = {
-    "k of (10)": "not printed: the admittance gain of the settings",
+    "k of (10)": "not printed: 1 mm/s per N, at which a full push of 5 N keeps to the path within 0.02 mm at the mean",
     "saturation of u": "not printed: u is in mm as printed, and limited to 1 mm, so that k_d stays a blend",
     "ε_bnd of (16)": "the margin of the plan, which the certificate enforces; Li 2004 prints 0.01, without a unit",
     "accelerations": "not printed: those of the robot's file and of the settings",
@@ -70,6 +73,10 @@ class Preset:
         """The scene with the preset's robot and program, without directions of the shaft."""
         return replace(scene, robot=self.in_robot(scene.robot), shaft=None, printed=self.weights)
 
+    def in_spec(self, scene: SceneSpec) -> SceneSpec:
+        """The same for a scene that is sent to another process."""
+        return replace(scene, robot=self.in_robot(scene.robot_model()), shaft=None, printed=self.weights)
+
     def report(self) -> dict[str, object]:
         """What is printed, what is assumed, what stays the package's own, and what is off."""
         return {
@@ -88,7 +95,7 @@ PRESETS = {
         Preset(
             "li2004",
             "Li & Taylor 2004",
-            {"dt_s": OUTER_S, "k_d": 0.2, "k_tau": 0.0, "capture_mm": 1.0},
+            _MOTION,
             PrintedWeights(tip_mm=1.0, tip_rad=1.0, near=0.001, tolerance=0.01),
             0.001,
             {"rate_hz": 30.0, "k_d": 0.2, "k_τ": 0.0, "ε": 0.01, "w_tip": 1.0, "w_k": 0.001, "w_joints": 0.001},
@@ -97,8 +104,7 @@ PRESETS = {
         Preset(
             "li2007",
             "Li, Ishii & Taylor 2007",
-            {"dt_s": OUTER_S, "k_d": 0.2, "k_tau": 0.0, "capture_mm": 1.0, "target_tolerance_mm": 0.1,
-             "view_distance_mm": 0.0},
+            _MOTION | {"target_tolerance_mm": 0.1, "view_distance_mm": 0.0},
             PrintedWeights(tip_mm=1.0, tip_rad=0.1, near=0.01, tolerance=0.01),
             0.01,
             {"rate_hz": 30.0, "k_d": 0.2, "k_τ": 0.0, "w_k": 0.01, "w_j": 0.01, "ε_t of (22) in mm": 0.1,

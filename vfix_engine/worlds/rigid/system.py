@@ -19,14 +19,15 @@ from ...errors import ControlError, InputError
 from ...geometry.vectors import length
 from ...kernels.triples import Triple, dot, minus, norm, over, plus, times, triple
 from ...runtime.command import Command
-from ...runtime.requests import Request, SetSettings, SetTask
+from ...runtime.control_mode import FREEHAND
+from ...runtime.requests import Request, SetControl, SetSettings, SetTask
 from ...runtime.system import Background, Column, Grip
 from .command_values import array_of, share_of
 from .hand_kernel import torque_about_tip, torque_about_view
 from .requests import ApproachPoint
 from .row import RowWriter
 from .scene import Scene
-from .snapshot import RigidSnapshot, snapshot_of
+from .snapshot import RigidSnapshot, camera_at, snapshot_of
 from .state import ZEROS, LastStep, RehearsalState
 from .teleoperation import advance_leader, consume_motion, spring
 
@@ -57,6 +58,7 @@ class _Stepped(NamedTuple):
     torque: Array = ZEROS
     end: str = ""
     fell_back: bool = False
+    deflection: Array = ZEROS
 
 
 class RigidSystem:
@@ -118,6 +120,10 @@ class RigidSystem:
             return self.with_mode(state, request.task, request.target)
         if isinstance(request, ApproachPoint):
             return self.with_chosen(state, request.at_mm)
+        if isinstance(request, SetControl):
+            if request.control.mode == FREEHAND:
+                raise ControlError("a tool on a robot is not in a free hand; end this drive and start another one")
+            return replace(state, lag=ZEROS)
         if isinstance(request, SetSettings):
             settings = request.settings
             if not isinstance(settings, ControlSettings):
@@ -135,7 +141,7 @@ class RigidSystem:
         """The same pose and speed in another mode; ControlError when the scene has no path or no such target."""
         if mode not in MODES:
             raise ControlError(f"mode '{mode}' is not one of {', '.join(MODES)}")
-        state = replace(state, lag=ZEROS, chosen=None, last=None)
+        state = replace(state, lag=ZEROS, chosen=None, deflection=ZEROS, last=None)
         if mode == "path":
             if self.scene.path is None:
                 raise ControlError(NO_PATH)
@@ -162,6 +168,10 @@ class RigidSystem:
         chosen = PathPoint.at(path, at_mm)
         return replace(state, phase="approach", nearest=chosen, chosen=chosen)
 
+    def measure(self, q: Array, velocity: Array, settings: ControlSettings) -> StepState:
+        """The tool at joints q (n,) and their velocity (n,), as recorded, unchecked. Raises InputError."""
+        return self._controller_of(settings).measure(q, velocity)
+
     def settings(self, state: RehearsalState) -> ControlSettings:
         return state.settings
 
@@ -178,9 +188,12 @@ class RigidSystem:
         return idle and not bool(np.abs(state.tool.velocity).max() > STILL)
 
     def grip(self, state: RehearsalState) -> Grip:
-        """The grip on the tool's shaft."""
-        settings = state.settings
-        return Grip(self._grip(state.tool), settings.stiffness_n_per_mm, settings.force_cap_n)
+        """The grip on the tool's shaft; by the papers' program a device has the axes of the robot's base (V.F.1)."""
+        settings, tip = state.settings, state.tool.tip
+        base = self.scene.printed is not None
+        axes = self.scene.base[:3, :3] if base else camera_at(tip.rotation, tip.position, self.scene.tool)[:3, :3]
+        grip = self._grip(state.tool)
+        return Grip(grip, settings.stiffness_n_per_mm, settings.force_cap_n, axes, grip - tip.position)
 
     def row(self, state: RehearsalState, out: Array) -> None:
         self._row.write(state, out)
@@ -207,20 +220,22 @@ class RigidSystem:
         force, lag = hand_force(command.force, settings.force_cap_n), ZEROS
         drive = share_of(command.drive, "drive")
         twist = share_of(command.twist, "twist")
+        turns = self._turns(command, settings) if command.rate else ZEROS
         reach = math.inf
         if master is not None:
             lag = advance_leader(state.lag, master, settings)
             force, drive, reach = triple(spring(lag, settings)), 0.0, length(lag)
         controller = self._controller_of(settings)
         if state.mode == "path":
-            done = self._path_step(controller, state, force, drive, reach)
+            done = self._path_step(controller, state, force, drive, reach, master is None and not command.rate)
         elif state.mode == "inspect":
-            done = self._inspect_step(controller, state, force, drive, twist, reach)
+            done = self._inspect_step(controller, state, force, drive, twist, reach, turns)
         else:
             # Li 2007, section V.F: the master moves the tip; on the grip a force turns the tool as well.
-            turning = force if master is None else NO_FORCE
+            turning = force if master is None and not command.rate else NO_FORCE
             turn = twist * settings.force_cap_n * self.scene.tool.grip_from_bend
             torque = np.array(torque_about_tip(*controller.context.kernel_sizes, state.tool.numbers, turning, turn))
+            torque = torque + turns if command.rate else torque
             hand = HandCommand(np.array(force), torque, reach)
             report = controller.step(state.tool, FREELY, hand)
             done = _Stepped(report, state.phase, state.nearest, hand.force, torque)
@@ -238,12 +253,20 @@ class RigidSystem:
             lag,
             state.chosen if done.phase == "approach" else None,
             state.fallbacks + done.fell_back,
-            LastStep(done.report, done.force, done.torque, done.end, master is not None),
+            done.deflection,
+            LastStep(done.report, done.force, done.torque, done.end, master is not None or command.rate),
         )
 
+    def _turns(self, command: Command, settings: ControlSettings) -> Array:
+        """Torque (3,) in N·mm of a rate device's three rotations, each at most that of the force cap at the grip."""
+        shares = np.array([share_of(value, "axis") for value in array_of(command.axes, "the axes").tolist()])
+        torque: Array = settings.force_cap_n * self.scene.tool.grip_from_bend * shares
+        return torque
+
     def _path_step(
-        self, controller: Controller, state: RehearsalState, force: Triple, drive: float, reach: float
+        self, controller: Controller, state: RehearsalState, force: Triple, drive: float, reach: float, on_robot: bool
     ) -> _Stepped:
+        """on_robot: the force is a hand's on the handle, whose deflection is compensated where it is known."""
         path, near, settings = self.scene.path, state.nearest, state.settings
         if path is None or near is None:
             raise ControlError(NO_PATH)
@@ -251,16 +274,25 @@ class RigidSystem:
         if drive:
             force = plus(force, times(drive * settings.force_cap_n, tangent))
         force = saturate(force, settings.force_cap_n)
+        bent = ZEROS
+        if on_robot and settings.compliance_mm_per_n:
+            # The deflected tip follows the path, so the undeflected one follows it displaced by −C f.
+            bent = settings.compliance_mm_per_n * np.array(force)
+            if state.chosen is None:
+                near = PathPoint(*path.closest(state.tool.position + bent, near.s, SEARCH_WINDOW_MM))
+            tangent = triple(near.tangent)
+        aim = near if bent is ZEROS else near._replace(position=near.position - bent)
         limit = ON_PATH_MM if state.phase == "approach" else LEAVE_PATH_MM
-        off = norm(minus(triple(near.position), triple(state.tool.position)))
+        off = norm(minus(triple(aim.position), triple(state.tool.position)))
         phase = "follow" if off <= limit else "approach"
         kind, shaft = ApproachPath if phase == "approach" else FollowPath, self.scene.shaft
-        task: Task = kind(path, near, shaft)
+        task: Task = kind(path, aim, shaft)
         hand = HandCommand(np.array(force), ZEROS, reach)
-        report, fell_back = self._followed(controller, state, task, near, hand)
+        report, fell_back = self._followed(controller, state, task, aim, hand)
         if phase == "approach" and state.chosen is not None:
-            return _Stepped(report, phase, near, hand.force)
-        after = PathPoint(*path.closest(report.state.position, near.s, SEARCH_WINDOW_MM))
+            return _Stepped(report, phase, near, hand.force, deflection=bent)
+        arrived = report.state.position if bent is ZEROS else report.state.position + bent
+        after = PathPoint(*path.closest(arrived, near.s, SEARCH_WINDOW_MM))
         end = ""
         if phase == "follow":
             if path.length - after.s <= END_MM:
@@ -268,7 +300,7 @@ class RigidSystem:
                 end = "the end of the path" if dot(force, tangent) > 0 else ""
             elif after.s <= END_MM and dot(force, tangent) < 0:
                 end = "the entry of the path"
-        return _Stepped(report, phase, after, hand.force, end=end, fell_back=fell_back)
+        return _Stepped(report, phase, after, hand.force, end=end, fell_back=fell_back, deflection=bent)
 
     def _followed(
         self, controller: Controller, state: RehearsalState, task: Task, near: PathPoint, hand: HandCommand
@@ -284,7 +316,14 @@ class RigidSystem:
         return controller.step(tool, task, hand), True
 
     def _inspect_step(
-        self, controller: Controller, state: RehearsalState, force: Triple, drive: float, twist: float, reach: float
+        self,
+        controller: Controller,
+        state: RehearsalState,
+        force: Triple,
+        drive: float,
+        twist: float,
+        reach: float,
+        turns: Array,
     ) -> _Stepped:
         settings, number = state.settings, state.target
         cap, tolerance, push = settings.force_cap_n, settings.target_tolerance_mm, np.array(force)
@@ -293,7 +332,8 @@ class RigidSystem:
             *controller.context.kernel_sizes, state.tool.numbers, force, turn, self._goals[number]
         )
         if off <= (tolerance if state.phase == "inspect_hold" else ON_TARGET_SHARE * tolerance):
-            hand = HandCommand(push, np.array(torque), reach / lever)
+            about_view = np.array(torque) if turns is ZEROS else np.array(torque) + turns
+            hand = HandCommand(push, about_view, reach / lever)
             report = controller.step(state.tool, self._inspections[number], hand)
             return _Stepped(report, "inspect_hold", state.nearest, push, hand.torque)
         pull = push

@@ -9,6 +9,10 @@ import pytest
 
 from tests.engine.scenes import straight_scene, wall
 from vfix_engine.control import ControlSettings
+from vfix_engine.geometry.rotations import rotation_vector
+from vfix_engine.runtime.command import COMMAND_SIZE, command_from_row
+from vfix_engine.runtime.control_mode import Control, Device
+from vfix_engine.worlds.rigid.headless import HeadlessRun
 from vfix_engine.worlds.rigid.rehearsal import Command, Rehearsal, RehearsalState
 from vfix_engine.worlds.rigid.scene import Scene
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
@@ -173,3 +177,109 @@ def test_the_lag_is_bounded_and_used_up() -> None:
     np.testing.assert_allclose(consume_motion(np.array([1.0, 0, 0]), tool, guided=False), [0.6, -0.1, 0])
     np.testing.assert_allclose(consume_motion(np.array([0.0, 0, 2]), np.array([0.5, 0, 0]), guided=True), [0, 0, 1.5])
     np.testing.assert_allclose(consume_motion(np.array([0.0, 0, 2]), np.array([3.0, 0, 0]), guided=True), 0.0)
+
+
+def rate(force: list[float], turns: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Command:
+    return Command(np.array(force), axes=turns, rate=True)
+
+
+def drive(rehearsal: Rehearsal, state: RehearsalState, command: Command, steps: int) -> list[RehearsalState]:
+    kept = [state]
+    for _ in range(steps):
+        kept.append(rehearsal.step(kept[-1], command)[0])
+    return kept[1:]
+
+
+def test_a_rate_device_held_still_moves_on_and_a_master_held_still_stands() -> None:
+    """τ in f's place: a constant deflection is a constant speed, of a master a place."""
+    rehearsal = Rehearsal(straight_scene(wall(90.0), np.array([[0.0, 0, 0], [0, 20, 0], [0, 40, 0]])), SETTINGS)
+    kept = drive(rehearsal, rehearsal.start("path"), rate([0.0, 2.0, 0.0]), 1000)
+    progress = np.array([state.tool.tip.position[1] for state in kept])
+    speed = np.diff(progress[500:]) / SETTINGS.dt_s
+    assert np.ptp(speed) < 1e-3 * speed.mean()
+    assert speed.mean() == pytest.approx(SETTINGS.gain_mm_per_s_per_n * 2.0, rel=0.01)
+    snapshot = rehearsal.step(kept[-1], rate([0.0, 2.0, 0.0]))[1]
+    assert snapshot.teleoperated
+    assert not snapshot.forces.any(), "a rate device has springs of its own"
+
+    state, _ = lead(rehearsal, rehearsal.start("path"), np.array([0.0, 0.02, 0.0]), 400)
+    state, _ = rest(rehearsal, state)
+    stood = state.tool.tip.position
+    state, _ = rest(rehearsal, state)
+    np.testing.assert_array_equal(state.tool.tip.position, stood)
+
+
+def test_a_rate_device_moves_the_tip_and_turns_about_it() -> None:
+    """In free motion its translations do not turn the tool, unlike a force on the grip, and its rotations do."""
+    rehearsal = Rehearsal(free_scene(), SETTINGS)
+    start = rehearsal.start("free")
+    pushed = drive(rehearsal, start, rate([2.0, 0.0, 0.0]), 200)[-1]
+    assert pushed.tool.tip.position[0] > start.tool.tip.position[0] + 0.5
+    np.testing.assert_allclose(pushed.tool.tip.rotation, start.tool.tip.rotation, atol=1e-4)
+    by_hand = drive(rehearsal, start, Command(np.array([2.0, 0.0, 0.0])), 200)[-1]
+    assert np.abs(by_hand.tool.tip.rotation - start.tool.tip.rotation).max() > 1e-2
+    for axis in range(3):
+        turns = [0.0, 0.0, 0.0]
+        turns[axis] = 0.5
+        turned = drive(rehearsal, start, rate([0.0, 0.0, 0.0], (turns[0], turns[1], turns[2])), 200)[-1]
+        angle = rotation_vector(turned.tool.tip.rotation @ start.tool.tip.rotation.T)
+        assert angle[axis] > 0.02
+        np.testing.assert_allclose(np.delete(angle, axis), 0.0, atol=1e-4)
+        np.testing.assert_allclose(turned.tool.tip.position, start.tool.tip.position, atol=1e-3)
+
+
+def test_in_inspection_a_rate_device_swings_the_tool_about_its_target() -> None:
+    """k·τ of (24) without a lever of the hand: by translations of the grip, and by its rotations."""
+    scene = free_scene()
+    start = Rehearsal(scene, SETTINGS).start("free").tool
+    ahead = start.tip.position + SETTINGS.view_distance_mm * scene.tool.direction(start.tip.rotation)
+    scene = replace(scene, targets=ahead[None], target_names=("there",))
+    rehearsal = Rehearsal(scene, SETTINGS)
+    state = rehearsal.with_mode(rehearsal.start("free"), "inspect")
+    for command in (rate([0.0, 0.0, 1.0]), rate([0.0, 0.0, 0.0], (0.5, 0.0, 0.0))):
+        kept = drive(rehearsal, state, command, 300)
+        assert all(one.phase == "inspect_hold" for one in kept)
+        assert rehearsal.snapshot(kept[-1]).target_error_mm <= SETTINGS.target_tolerance_mm
+        assert np.abs(kept[-1].tool.tip.rotation - state.tool.tip.rotation).max() > 1e-2
+
+
+@pytest.mark.parametrize("device", ["position", "rate"])
+def test_the_scripted_operator_follows_a_path_and_inspects_at_either_device(device: Device) -> None:
+    """HAZ-13: its run is replayed to the last bit."""
+    path = np.array([[0.0, 0, 0], [1, 6, 0], [0, 12, 0]])
+    scene = straight_scene(wall(90.0), path)
+    start = Rehearsal(scene, SETTINGS).start("path").tool
+    ahead = start.tip.position + SETTINGS.view_distance_mm * scene.tool.direction(start.tip.rotation)
+    scene = replace(scene, targets=ahead[None] + [1.0, 4.0, 0.5], target_names=("there",))
+    log = Rows()
+    run = HeadlessRun(Rehearsal(scene, SETTINGS), lambda _: None, log, control=Control("teleoperated", device))
+    last = run.follow()
+    assert (last.phase, last.teleoperated) == ("done", True)
+    assert float(np.mean(run.tally.errors)) < 0.003
+    reached = run.inspect(0, 300)
+    assert reached["reached"]
+    assert reached["error_mm"]["max"] <= SETTINGS.target_tolerance_mm
+    assert reached["swing_deg"] > 0.5
+    commands = [command_from_row(line) for line in log.lines]
+    assert {command.rate for command in commands} == {device == "rate"}
+    assert {command.master is None for command in commands} == {device == "rate"}
+    state = Rehearsal(scene, SETTINGS).start("path")
+    again = Rehearsal(scene, SETTINGS)
+    for command, line in zip(commands[:500], log.lines[:500], strict=True):
+        state = again.system.step(state, command)
+        row = np.zeros(len(again.system.row_layout))
+        again.system.row(state, row)
+        np.testing.assert_array_equal(row, line[COMMAND_SIZE:])
+
+
+class Rows:
+    """A log that keeps the rows."""
+
+    def __init__(self) -> None:
+        self.lines: list[np.ndarray] = []
+
+    def tick(self, line: np.ndarray) -> None:
+        self.lines.append(line.copy())
+
+    def event(self, kind: str, content: object) -> None:
+        pass

@@ -1,0 +1,78 @@
+"""Writes a run to a file of the kind that its suffix names."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+
+from app.exchange.runs.table import about, table_of
+from app.extras import need_extra
+from vfix_engine.errors import InputError
+from vfix_engine.runtime.run import Run
+
+Writer = Callable[[Run, str | None, Path], None]
+
+
+def check_target(path: Path) -> None:
+    """Refuse a file that no export can be written to, before a drive whose recording would be lost.
+
+    Raises InputError, or ExtraMissing where the packages of the suffix are not installed.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in WRITERS:
+        raise InputError(f"a run is exported to a file that ends in {', '.join(WRITERS)}, not to {path.name!r:.80}")
+    extra, modules = EXTRAS.get(suffix, ("", ()))
+    if any(find_spec(name) is None for name in modules):
+        raise need_extra(f"An export to {suffix}", extra)
+    if not os.access(path.parent, os.W_OK | os.X_OK):
+        raise InputError(f"the recording {path} cannot be written: {path.parent} is no folder that can be written to")
+
+
+def export_run(run: Run, path: Path, run_id: str | None = None) -> None:
+    """Write a run; the file gets its name when it is complete. run_id: of a stored run.
+
+    Raises as `check_target`, and InputError where the file cannot be written.
+    """
+    check_target(path)
+    part = path.with_name(f"{path.name}.part")
+    try:
+        WRITERS[path.suffix.lower()](run, run_id, part)
+        part.replace(path)
+    except OSError as error:
+        raise InputError(f"the recording {path} cannot be written: {error.strerror or error}") from error
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _write_csv(run: Run, run_id: str | None, path: Path) -> None:
+    """A heading of names with units, then a line a step; FILE.about.json beside it says the rest."""
+    table = table_of(run)
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(table.headings)
+        writer.writerows(table.rows.tolist())
+    text = json.dumps(about(run, run_id), indent=1) + "\n"
+    path.with_name(f"{path.name.removesuffix('.part')}.about.json").write_text(text, encoding="utf-8")
+
+
+def _write_parquet(run: Run, run_id: str | None, path: Path) -> None:
+    from app.exchange.runs.parquet_file import write_parquet  # here: it needs an extra
+
+    write_parquet(run, run_id, path)
+
+
+def _write_mcap(run: Run, run_id: str | None, path: Path) -> None:
+    from app.exchange.runs.mcap_file import write_mcap  # here: it needs an extra
+
+    write_mcap(run, run_id, path)
+
+
+WRITERS: dict[str, Writer] = {".csv": _write_csv, ".parquet": _write_parquet, ".mcap": _write_mcap}
+EXTRAS = {
+    ".parquet": ("tables", ("pyarrow",)),
+    ".mcap": ("mcap", ("mcap", "google.protobuf", "foxglove_schemas_protobuf")),
+}  # by suffix: the extra that brings the packages, and their names to import

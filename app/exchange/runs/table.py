@@ -1,0 +1,81 @@
+"""A run as a table: one row a step, one column for everything that was recorded of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from app import __version__
+from app.plans.model import FRAME, NOTICE
+from vfix_engine.arrays import Array
+from vfix_engine.runtime.command import COMMAND_SIZE
+from vfix_engine.runtime.run import Run
+from vfix_engine.runtime.system import Column
+from vfix_engine.worlds.registry import WORLDS
+from vfix_engine.worlds.rigid.row import OUTCOMES, PHASES
+from vfix_engine.worlds.rigid.scene_parts import tool_from
+
+NOTICE_COLUMN = "not_for_clinical_use"  # all ones, so that copies of the table have the notice
+
+
+@dataclass(frozen=True, eq=False)
+class RunTable:
+    """columns: names and units; rows: (n, columns) float64."""
+
+    columns: tuple[Column, ...]
+    rows: Array
+
+    @property
+    def headings(self) -> list[str]:
+        """Names with units, such as 'tip_x [mm]'."""
+        return [f"{name} [{unit}]" if unit else name for name, unit in self.columns]
+
+
+def table_of(run: Run) -> RunTable:
+    """All steps of a run: the command, whose columns begin with `command_`, then the system's row.
+
+    A rigid tool adds the radius of each part, `s0_r`; a head with a CT `sideways`; last the column of the notice.
+    """
+    command = [Column(f"command_{name}", unit) for name, unit in run.manifest["columns"][:COMMAND_SIZE]]
+    columns, parts = [*command, *run.columns], [run.ticks]
+    for part, radius in enumerate(radii_of(run)):
+        columns.append(Column(f"s{part}_r", "mm"))
+        parts.append(np.full((len(run.ticks), 1), radius))
+    if run.sideways_mm is not None:
+        columns.append(Column("sideways", "mm"))
+        parts.append(run.sideways_mm[:, None])
+    columns.append(Column(NOTICE_COLUMN, ""))
+    parts.append(np.ones((len(run.ticks), 1)))
+    return RunTable(tuple(columns), np.hstack(parts))
+
+
+def radii_of(run: Run) -> Array:
+    """Radii of the tool's parts in mm, from the tip on; none of a snake, or where the run does not hold its tool."""
+    tool = run.manifest["spec"].get("tool")
+    return np.array([]) if tool is None else np.asarray(tool_from(tool).radius)
+
+
+def about(run: Run, run_id: str | None) -> dict[str, Any]:
+    """What an export says of itself. run_id: of a stored run."""
+    manifest = run.manifest
+    world = WORLDS.get(manifest["world"])
+    return {
+        "notice": NOTICE,
+        "frame": FRAME,
+        "schema": manifest["schema"],
+        "run": run_id,
+        "world": manifest["world"],
+        "mode": run.mode,
+        "device": manifest.get("device"),
+        "preset": manifest.get("preset"),
+        "certified": world is not None and world.certified,
+        "seed": manifest["seed"],
+        "whole": run.whole,
+        "lost": run.lost,
+        "exported_by": f"vfix {__version__}",
+        "recorded_by": manifest["versions"],
+        "phases": list(PHASES),
+        "outcomes": list(OUTCOMES),
+    }

@@ -1,0 +1,106 @@
+"""When a run was held, or touched bone, and why: a list that a replay can open at its moments."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, BoolArray
+from ..runtime.run import Run
+from ..runtime.system import SystemSpec
+from ..worlds.freehand.spec import FreehandSpec
+from ..worlds.registry import spec_of
+from .metrics.held import HELD, held_by
+from .metrics.samples import Samples, samples_of
+
+GAP_S = 0.3  # a hold that goes on after a shorter interruption is one: a hand that presses on and slides is told once
+UNKNOWN_WORDS = "not known: this version of the control makes another step there"
+
+
+@dataclass(frozen=True)
+class RunHold:
+    """A time in which something held the tool; or touched it, which in a free hand nothing prevents.
+
+    t_s: driven time since the last return to the start at which it begins, duration_s: until it ends.
+    kind, structure, part: as in ``runtime.snapshot.Blocker``; kind 'contact' where a free tool is in a structure, 'end'
+        at an end of the path, '' where the reason is not known. reason: in words.
+    place: (3,) in LPS mm, on the obstacle where that is known, else the tip.
+    depth_mm: of a contact, its largest; 0 of a hold.
+    """
+
+    t_s: float
+    duration_s: float
+    kind: str
+    structure: str
+    part: str
+    reason: str
+    place: tuple[float, float, float]
+    depth_mm: float = 0.0
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return asdict(self)
+
+
+def holds_of(run: Run, spec: SystemSpec | None = None) -> tuple[RunHold, ...]:
+    """The holds of a run of a rigid tool in the order of time; of a free hand its contacts.
+
+    A hold's reason is the strongest constraint of its first step.
+
+    spec: that the run was driven with; None: made of its manifest.
+
+    Raises:
+        InputError: the run has no samples or no rigid tool, or its spec is not in the manifest.
+    """
+    spec = spec_of(run) if spec is None else spec
+    samples = samples_of(run, spec)
+    time = np.cumsum(samples.period_s)
+    if isinstance(spec, FreehandSpec):
+        return tuple(sorted(_contacts(samples, time), key=lambda one: one.t_s))
+    return tuple(_holds(run, spec, samples, time))
+
+
+def _holds(run: Run, spec: SystemSpec, samples: Samples, time: Array) -> Iterator[RunHold]:
+    spans = list(_spans(samples.outcome == HELD, time))
+    reasons = held_by(run, spec, samples, [first for first, _ in spans])
+    for (first, last), why in zip(spans, reasons, strict=True):
+        point = samples.tip[first] if why is None or why.point is None else why.point
+        kind, structure, part, words = ("", "", "", UNKNOWN_WORDS) if why is None else why[:4]
+        yield RunHold(*_when(samples, time, first, last), kind, structure, part, words, _place(point))
+
+
+def _contacts(samples: Samples, time: Array) -> Iterator[RunHold]:
+    """Contacts by structure and part."""
+    for body, structure in enumerate(samples.structures):
+        for part, name in enumerate(samples.tool.segment_names):
+            distance = samples.distance[:, body, part]
+            for first, last in _spans(distance < 0.0, time):
+                depth = -float(distance[first : last + 1].min())
+                deepest = first + int(distance[first : last + 1].argmin())
+                words = f"the {name} was {depth:.1f} mm in {structure}"
+                when = _when(samples, time, first, last)
+                yield RunHold(*when, "contact", structure, name, words, _place(samples.tip[deepest]), depth)
+
+
+def _spans(active: BoolArray, time: Array) -> Iterator[tuple[int, int]]:
+    """First and last sample of every time in which ``active`` (n,) is True, interruptions up to ``GAP_S`` included."""
+    places = np.flatnonzero(active)
+    if not len(places):
+        return
+    breaks = [0, *(i + 1 for i, (a, b) in enumerate(pairwise(time[places])) if b - a > GAP_S), len(places)]
+    for begin, end in pairwise(breaks):
+        yield int(places[begin]), int(places[end - 1])
+
+
+def _when(samples: Samples, time: Array, first: int, last: int) -> tuple[float, float]:
+    begin = float(time[first] - samples.period_s[first])
+    return begin, float(time[last]) - begin
+
+
+def _place(point: Array) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in point)
+    return x, y, z
