@@ -19,7 +19,7 @@ from app.commands.head_options import say_notes, told_of_file
 from app.commands.recorded_run import RecordedRun
 from app.commands.rehearse_arguments import add_arguments, check_arguments
 from app.commands.rehearse_errors import Truths
-from app.commands.rehearse_freehand import at_hand_rate, drive_freehand
+from app.commands.rehearse_freehand import drive_freehand
 from app.commands.rehearse_scene import build_scene, robots_of
 from app.exchange.resolve import (
     resolve_case,
@@ -38,7 +38,7 @@ from vfix_engine.frames import ImageRegistration
 from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.system import Column, SystemSpec
 from vfix_engine.study.metrics import score_run
-from vfix_engine.worlds.freehand.spec import FreehandSpec
+from vfix_engine.worlds.freehand.spec import FreehandSpec, of_free_hand
 from vfix_engine.worlds.freehand.system import FreehandSystem
 from vfix_engine.worlds.rigid.dry_run import STATION_MM
 from vfix_engine.worlds.rigid.headless import HeadlessRun
@@ -87,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
         report["robot_notes"] = list(scene.robot.notes)
     if held_by:
         report["standing"] = held_by
-    truths = Truths(args, services, plan, scene, settings.kept_mm)
+    truths = Truths(args, services, plan, scene, settings.kept_mm - settings.deflection_mm)
     poses, ways = Poses(truths.add), plan_ways(case.scans, plan)
     world = _world(scene, settings, args, poses, None if hand is None else RecordedOperator(hand))
     recorded = _recorded(services, world.spec, world.row_layout, args)
@@ -138,17 +138,16 @@ def _world(
     """A free hand, or a hand on the robot. hand: the recorded one of --operator recorded."""
     kept = SceneSpec.of(scene)
     if args.mode == FREEHAND:
-        rated = at_hand_rate(settings)
-        hand = FreehandSystem(scene, rated)
-        drive = partial(drive_freehand, hand, args, poses.add)
-        return _World(FreehandSpec(kept, rated), hand.row_layout, drive)
+        rated = of_free_hand(settings)
+        free = FreehandSystem(scene, rated)
+        drive = partial(drive_freehand, free, args, poses.add)
+        return _World(FreehandSpec(kept, rated), free.row_layout, drive)
     rehearsal = Rehearsal(scene, settings)
-
-    def drive_robot(recorded: RecordedRun | None) -> dict[str, Any]:
-        headless = HeadlessRun(rehearsal, poses.add, recorded, args.approach, _servo(args), _control(args))
-        return _drive(headless, args, hand)
-
-    return _World(RigidSpec(kept, settings), rehearsal.system.row_layout, drive_robot)
+    return _World(
+        RigidSpec(kept, settings),
+        rehearsal.system.row_layout,
+        lambda recorded: _drive(_headless(rehearsal, poses.add, recorded, args), args, hand),
+    )
 
 
 class Poses:
@@ -201,9 +200,12 @@ def _recorded(
     return None if args.record is None else RecordedRun(None, spec, columns, *labels)
 
 
-def _servo(args: argparse.Namespace) -> ServoWatch | None:
-    """What measures the poses between the set points of a preset's outer loop."""
-    return None if args.preset is None else ServoWatch()
+def _headless(
+    rehearsal: Rehearsal, keep: Callable[[RigidSnapshot], None], recorded: RecordedRun | None, args: argparse.Namespace
+) -> HeadlessRun:
+    """The drive of a robot; with a preset its poses between the set points of the outer loop are measured too."""
+    servo = None if args.preset is None else ServoWatch()
+    return HeadlessRun(rehearsal, keep, recorded, args.approach, servo, _control(args))
 
 
 def _control(args: argparse.Namespace) -> Control:
