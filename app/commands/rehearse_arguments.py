@@ -7,7 +7,7 @@ from pathlib import Path
 
 from app.commands.counts import natural, positive
 from app.commands.head_options import add_file_options
-from app.commands.rehearse_errors import add_error_arguments
+from app.commands.rehearse_errors import add_compensation, add_error_arguments
 from app.commands.rehearse_freehand import check_options
 from app.exchange.runs.export import WRITERS, check_target
 from vfix_engine.errors import InputError
@@ -55,6 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser, operators: tuple[str, ...]) -
     parser.add_argument("--free", action="store_true", help="pushing: no path fixture, k_tau = 1")
     parser.add_argument("--seed", type=natural, default=0, help="of the pushing hand, the free one, or --errors papers")
     add_error_arguments(parser)
+    add_compensation(parser)
     parser.add_argument("--record", type=Path, metavar="FILE", help=f"export every step: {', '.join(WRITERS)}")
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
 

@@ -14,6 +14,9 @@ from app.plans.model import Plan
 from app.services import Services
 from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.arrays import Array
+from vfix_engine.control import ControlSettings
+from vfix_engine.errors import InputError
+from vfix_engine.runtime.control_mode import FREEHAND, HANDS_ON
 from vfix_engine.study.error_chain import PAPERS, ErrorChain, RegistrationError, TruthTally
 from vfix_engine.worlds.rigid.scene import Scene
 
@@ -25,10 +28,30 @@ LEAST_FIDUCIALS = 3
 
 
 def add_error_arguments(parser: argparse.ArgumentParser) -> None:
-    """`--errors`."""
+    """`--errors`, of a drive and of a score."""
     parser.add_argument(
         "--errors", metavar="FILE", default=NONE, help="what really happens: a file of errors, 'papers', or 'none'"
     )
+
+
+def add_compensation(parser: argparse.ArgumentParser) -> None:
+    """`--compensate`, of a drive alone."""
+    words = "the robot compensates the deflection under the hand that --errors has"
+    parser.add_argument("--compensate", action="store_true", help=words)
+
+
+def compensating(settings: ControlSettings, args: argparse.Namespace) -> ControlSettings:
+    """The settings with `--compensate`: they know the compliance of `--errors`.
+
+    Raises InputError where there is none, or none that a setting can have.
+    """
+    if not args.compensate:
+        return settings
+    # The compliance depends on neither seed nor fiducials.
+    known = chain_of(args.errors, 0, None).compliance
+    if known is None or args.mode != HANDS_ON:
+        raise InputError("--compensate goes with the compliance of --errors, and with a hand on the robot")
+    return replace(settings, compliance_mm_per_n=known.mm_per_n)
 
 
 def chain_of(
@@ -81,13 +104,13 @@ class Truths:
         """Raises InputError for a file that is no error chain."""
         path = None if driven.path is None else driven.path.points
         chain = chain_of(args.errors, args.seed, path, registered_content(services, plan.id), plan.case_id)
-        self._named, self._hands_on, on_robot = args.errors, args.mode == "hands-on", args.mode != "freehand"
+        self._named, on_robot = args.errors, args.mode != FREEHAND
         self._tally = TruthTally(chain, driven, margin_mm, on_robot)
         self._dropped = not on_robot and chain != chain.for_free_hand()
 
     def add(self, snapshot: Any) -> None:
         """Count one snapshot."""
-        self._tally.add(snapshot, self._hands_on)
+        self._tally.add(snapshot)
 
     def report(self) -> dict[str, Any]:
         """Keys of the printed report; what the certificate does not cover is told on stderr, too."""

@@ -14,6 +14,7 @@ import numpy as np
 
 from app.cases.settings import settings_in_case
 from app.commands.head_options import say_notes
+from app.commands.rehearse_errors import compensating
 from app.commands.rehearse_freehand import check_zones
 from app.exchange.resolve import (
     ResolvedCase,
@@ -64,6 +65,7 @@ def build_scene(
         settings = replace(settings, view_distance_mm=args.view_distance)
     if args.free:
         settings = replace(settings, k_tau=1.0)
+    settings = compensating(settings, args)
     robot, tool = _robot(plan, args, robots), Tool.load(args.tool) if args.tool else plan_tool(plan.content)
     path = SplinePath(np.array([p.position for p in plan.content.points]))
     if args.task == "inspect":
@@ -82,7 +84,16 @@ def build_scene(
     fixtures = (*soft, *stands.fixtures, *tube, *zones.envelopes)
     tree, _ = tree_without_removed_bone(case.tree, case.scan() if plan.content.removed_bone else None, plan)
     # A placement is of one robot, tool and margin among what there was; another of them asks for another one.
-    others = (args.robot, args.tool_frame, args.tool, args.margin, args.zones, stands.words or None, args.tube)
+    others = (
+        args.robot,
+        args.tool_frame,
+        args.tool,
+        args.margin,
+        args.zones,
+        stands.words or None,
+        args.tube,
+        args.compensate or None,
+    )
     stored = stored_placement(plan.content.robot) if registration is None else None
     standing_at = None if registration is None else standing_base(plan.content.robot, registration)
     if stored is not None and all(other is None for other in others):

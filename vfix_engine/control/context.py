@@ -151,7 +151,7 @@ class ControlContext:
                 f"the {part} would start {state.clearance:.2f} mm from bone, less than the margin of "
                 f"{self.settings.kept_mm:g} mm; move the entry away from bone or tilt the robot"
             )
-        refuse_start(self.zones, state.distance[1:], self.tool.segment_names)
+        refuse_start(self.zones, state.distance[1:], self.tool.segment_names, self.settings.deflection_mm)
         return state
 
     def measure(self, q: ArrayLike, velocity: ArrayLike | None = None) -> StepState:

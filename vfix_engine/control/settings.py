@@ -31,6 +31,8 @@ class ControlSettings:
     Values from Li 2007: k_d = 0.2, k_tau = 0, joint weights 0.01.
     The other values are the package's own; docs/concepts.md gives the reasons.
     surface_error_mm is the distance by which the anatomy can extend beyond its surface: it is added to the margin.
+    compliance_mm_per_n is that of a robot under a hand on its handle, which the controller then compensates; the
+    deflection under the force cap is added to every margin.
 
     Example:
         >>> settings = ControlSettings(margin_mm=0.5)
@@ -58,6 +60,7 @@ class ControlSettings:
     master_scale: float = 0.5
     master_stiffness_n_per_mm: float = 5.0
     surface_error_mm: float = 0.0
+    compliance_mm_per_n: float = 0.0
 
     def __post_init__(self) -> None:
         for name, bound in self.bounds().items():
@@ -73,8 +76,13 @@ class ControlSettings:
 
     @property
     def kept_mm(self) -> float:
-        """Enforced distance from the anatomy's surface: the margin plus the surface error."""
-        return self.margin_mm + self.surface_error_mm
+        """Enforced distance from the anatomy's surface: the margin, the surface error and the deflection."""
+        return self.margin_mm + self.surface_error_mm + self.deflection_mm
+
+    @property
+    def deflection_mm(self) -> float:
+        """Largest deflection of the robot under the hand that the controller knows of."""
+        return self.compliance_mm_per_n * self.force_cap_n
 
     @cached_property
     def sight_speed_mm_per_s(self) -> float:
@@ -136,4 +144,5 @@ _BOUNDS = {
     "master_scale": Bound(0.01, 5.0, "", "Scale from master to tool"),
     "master_stiffness_n_per_mm": Bound(0.1, 50.0, "N/mm", "Spring between master and tool"),
     "surface_error_mm": Bound(0.0, 5.0, "mm", "Error of the surface, added to the margin"),
+    "compliance_mm_per_n": Bound(0.0, 1.0, "mm/N", "Compensated compliance under the hand"),
 }

@@ -66,7 +66,7 @@ class Surroundings:
 
 def _world_of(robot: PlacedRobot, tool: Tool, settings: ControlSettings, zones: Sequence[Zone] = ()) -> StepConstants:
     """Constants of one tool among an anatomy and ``zones``, which are ordered."""
-    margin = np.array([settings.kept_mm, *(zone.margin_mm for zone in zones)])
+    margin = np.array([settings.kept_mm, *(zone.margin_mm + settings.deflection_mm for zone in zones)])
     model, chain = robot.robot, robot.chain
     rows = joint_regularisation(model).matrix
     ends = tool.segments(np.eye(3), np.zeros(3))

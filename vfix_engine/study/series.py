@@ -104,7 +104,7 @@ def series_of(run: Run, spec: SystemSpec | None = None) -> RunSeries:
     error = np.full(len(rows), np.nan)
     if samples.path is not None:
         following = np.isin(samples.phase, _PATH) & (samples.path_s >= 0.0)
-        error[following] = _apart(samples.path.position(samples.path_s[following]), samples.tip[following])
+        error[following] = _apart(samples.path.position(samples.path_s[following]), samples.believed[following])
     inspecting = samples.phase == _ON_TARGET
     if inspecting.any():
         points = samples.view_point(samples.tip[inspecting], samples.rotation[inspecting], inspecting)

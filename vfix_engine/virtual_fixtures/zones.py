@@ -99,23 +99,25 @@ def bodies(zones: Sequence[Zone]) -> tuple[tuple[Proximity, ...], tuple[Shape, .
     return surfaces, shapes
 
 
-def refuse_start(zones: Sequence[Zone], distance: Array, parts: Sequence[str]) -> None:
+def refuse_start(zones: Sequence[Zone], distance: Array, parts: Sequence[str], further_mm: float = 0.0) -> None:
     """Refuse a start inside a zone or its margin (HAZ-04).
 
     Args:
         zones: in the order of their obstacles; distance: (z, S) from each zone to each segment in mm; parts: S names.
+        further_mm: added to every margin.
 
     Raises:
         StartRefused: the message names the zone, the part of the tool and the distance.
     """
     for zone, row in zip(zones, distance, strict=True):
         worst = int(row.argmin())
-        if row[worst] >= zone.margin_mm:
+        margin = zone.margin_mm + further_mm
+        if row[worst] >= margin:
             continue
         if row[worst] < 0.0:
             where = f"inside {zone.label}, {-row[worst]:.2f} mm deep"
         else:
-            where = f"{row[worst]:.2f} mm from {zone.label}, less than its margin of {zone.margin_mm:g} mm"
+            where = f"{row[worst]:.2f} mm from {zone.label}, less than its margin of {margin:g} mm"
         raise StartRefused(f"the {parts[worst]} would start {where}; move the entry, or make the zone smaller")
 
 

@@ -79,7 +79,9 @@ class _ProtobufWriter:
         self._writer = Writer(file)
         self._writer.start(profile="", library="vfix")
         self._channels: dict[str, int] = {}
-        self.finish = self._writer.finish
+
+    def finish(self) -> None:
+        self._writer.finish()
 
     def tell(self, values: dict[str, str]) -> None:
         self._writer.add_metadata("vfix", values)

@@ -874,7 +874,7 @@ export interface TrackerView {
   words: string;
 }
 
-/** The rehearsal of a plan: the drive, and the fields of the rigid tool. */
+/** The rehearsal of a plan: the drive, and the fields of the tool. contacts: in a free hand, the deepest first. */
 export interface RehearsalSection {
   holding?: string;
   force_n?: number | null;
@@ -901,8 +901,31 @@ export interface RehearsalSection {
   holder: string | null;
   can_take: boolean;
   unrecorded: string | null;
+  control: ControlView;
+  contacts: ContactView[];
   plan_changed: boolean;
   target_id: string | null;
+}
+
+/**
+ * How the tool is driven, or will be: control mode, device of a teleoperated drive, and preset, None for none.
+ *
+ * certified: every motion is certified before it is made; never in a free hand.
+ */
+export interface ControlView {
+  mode: "freehand" | "hands-on" | "teleoperated";
+  device: "position" | "rate";
+  preset: string | null;
+  certified: boolean;
+}
+
+/** Contacts of a part of a tool in a free hand so far, the deepest, and its depth now; lengths in mm. */
+export interface ContactView {
+  structure: string;
+  part: string;
+  count: number;
+  max_depth_mm: number | null;
+  depth_mm: number | null;
 }
 
 /** Points and targets, in order. */
@@ -2150,6 +2173,7 @@ export interface Commands {
   "rehearsal.control": {
     mode: "freehand" | "hands-on" | "teleoperated";
     device?: "position" | "rate";
+    preset?: "li2004" | "li2007" | null;
   };
   "rehearsal.end": {};
   "rehearsal.let_go": {};

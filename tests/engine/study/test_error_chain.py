@@ -21,6 +21,7 @@ from vfix_engine.registration import register_points
 from vfix_engine.robots import Tool
 from vfix_engine.runtime.command import Command, Master
 from vfix_engine.runtime.driver import Driver
+from vfix_engine.runtime.requests import SetTask
 from vfix_engine.runtime.run import Run, RunWriter
 from vfix_engine.study.error_chain import (
     PAPERS,
@@ -38,9 +39,11 @@ from vfix_engine.study.error_chain import (
 )
 from vfix_engine.study.error_chain.chain import FLE_MM
 from vfix_engine.study.metrics import score_run
+from vfix_engine.worlds.rigid.operators import PushingOperator
 from vfix_engine.worlds.rigid.scene import Scene
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
+from vfix_engine.worlds.rigid.system import RigidSystem
 
 MESH, POINTS = curved_tube(radius=6.0)
 SETTINGS = ControlSettings(dt_s=0.01, gain_mm_per_s_per_n=4.0)
@@ -54,11 +57,10 @@ class Drive:
     run: Run
     scene: Scene
     snapshots: list[RigidSnapshot] = field(default_factory=list)
-    hands_on: bool = True
 
     def tally(self, chain: ErrorChain) -> tuple[dict[str, Any], list[Truth]]:
         tally = TruthTally(chain, self.scene, SETTINGS.margin_mm)
-        truths = [tally.add(one, self.hands_on) for one in self.snapshots]
+        truths = [tally.add(one) for one in self.snapshots]
         return tally.report(), truths
 
     @property
@@ -71,15 +73,15 @@ class Drive:
         return np.array([one.tip for one in self.snapshots])
 
 
-def drive(folder: Path, mode: str) -> Drive:
+def drive(folder: Path, mode: str, compensated: float = 0.0) -> Drive:
     base = np.eye(4)
     base[:3, 3] = -Tool.load("bent_30").tip_in_flange
     scene = SceneSpec(MESH.vertices, MESH.faces, "steady_hand", "bent_30", base, np.zeros(7), POINTS)
-    spec = RigidSpec(scene, SETTINGS)
+    spec = RigidSpec(scene, replace(SETTINGS, compliance_mm_per_n=compensated))
     system = spec.build()
     writer = RunWriter(folder / mode, spec, system.row_layout)
     driver = Driver(system, log=writer)
-    found = Drive(Run({}, {}, np.zeros((0, 14)), (), True, 0), system.scene, hands_on=mode == "hands-on")
+    found = Drive(Run({}, {}, np.zeros((0, 14)), (), True, 0), system.scene)
     for i in range(250):
         pull = 2.0 * np.array([np.sin(0.05 * i), np.cos(0.05 * i), 0.0]) + [0.0, 0.0, 1.0]
         tangent = driver.state.nearest.tangent
@@ -160,9 +162,10 @@ def test_a_hand_on_the_robot_deflects_it_by_its_force_and_a_master_does_not(
         score = score_run(each.run, errors=chain)
         assert score.mode == mode
         assert score.truth == pytest.approx(each.tally(chain)[0]["truth"])
-    # The weight of a resting hand, which no zeroed sensor shows, is there at rest as well.
-    weighed = hands_on.tally(ErrorChain(compliance=Compliance(0.2, hand_weight_n=1.5)))[1][-1]
-    np.testing.assert_allclose(weighed.true - weighed.believed, [0.0, 0.3, 0.0], atol=1e-12)
+    # The weight of the pushing hand, which no zeroed sensor shows.
+    weighed = hands_on.tally(ErrorChain(compliance=Compliance(0.25, hand_weight_n=1.2)))[1]
+    more = np.array([one.true for one in weighed]) - [one.true for one in truths]
+    np.testing.assert_allclose(more, force.any(axis=1)[:, None] * [0.0, 0.3, 0.0], atol=1e-12)
 
 
 def test_the_true_clearance_is_that_of_another_library_and_what_is_below_the_margin_is_counted(
@@ -180,6 +183,65 @@ def test_the_true_clearance_is_that_of_another_library_and_what_is_below_the_mar
     counted = report["truth"]["steps_below_margin"], report["truth"]["steps_in_bone"]
     assert counted == ((found < SETTINGS.margin_mm).sum(), (found <= 0.0).sum())
     assert counted[0] > counted[1] > 0
+
+
+def test_a_compensated_deflection_leaves_the_true_tip_on_the_path_and_the_true_tool_outside_the_margin(
+    hands_on: Drive, tmp_path: Path
+) -> None:
+    chain = ErrorChain(compliance=Compliance(0.15))
+    bent, _ = hands_on.tally(chain)
+    driven = drive(tmp_path, "hands-on", compensated=0.15)
+    straight, truths = driven.tally(chain)
+    assert driven.snapshots[-1].progress_mm > 5.0
+    np.testing.assert_allclose([one.true for one in truths], [one.believed for one in truths], atol=1e-12)
+    assert straight["true_error_mm"]["mean"] < 0.2 * bent["true_error_mm"]["mean"]
+    assert straight["truth"]["steps_below_margin"] == 0
+    assert min(one.clearance_mm for one in driven.snapshots) >= SETTINGS.margin_mm + 0.15 * SETTINGS.force_cap_n
+    errors = np.array([one.tip_error_mm for one in driven.snapshots])[driven.on_path]
+    assert straight["true_error_mm"]["mean"] == pytest.approx(errors.mean()), "what the robot believes is true"
+    score = score_run(driven.run, errors=chain)
+    assert score.path_error_mm.robot_frame == score.path_error_mm.true_frame
+    assert score.path_error_mm.true_frame.mean == pytest.approx(errors.mean(), rel=0.05)
+    # One that compensates twice what is there leaves half of it, on the other side.
+    wrong, _ = driven.tally(EMPTY)
+    assert wrong["truth"]["largest_difference_mm"] == pytest.approx(bent["truth"]["largest_difference_mm"], rel=0.2)
+
+
+def test_a_master_is_not_compensated_for(tmp_path: Path, teleoperated: Drive) -> None:
+    driven = drive(tmp_path, "teleoperated", compensated=0.15)
+    assert not np.any([one.deflection for one in driven.snapshots])
+    np.testing.assert_allclose(driven.tip, teleoperated.tip, atol=0.05)  # the margin alone is another
+
+
+def test_a_rate_device_bends_nothing_and_is_not_compensated_for(tmp_path: Path, hands_on: Drive) -> None:
+    system = RigidSystem(hands_on.scene, replace(SETTINGS, compliance_mm_per_n=0.15))
+    state = system.start()
+    push = Command(3.0 * state.nearest.tangent)
+    assert np.linalg.norm(system.step(state, push).deflection) == pytest.approx(0.45)
+    device = system.step(state, replace(push, rate=True))
+    assert not device.deflection.any()
+    bent = TrueTool(ErrorChain(compliance=Compliance(0.15)), system.scene.tool, system.scene.placed_robot())
+    truth = bent.at(sample_of(system.snapshot(device), system.scene.tool))
+    assert truth.difference_mm == 0.0
+
+
+def test_a_hand_that_pushes_into_bone_with_all_its_force_finds_the_margin_kept_where_it_is_compensated() -> None:
+    base = np.eye(4)
+    base[:3, 3] = -Tool.load("bent_30").tip_in_flange
+    spec = SceneSpec(MESH.vertices, MESH.faces, "steady_hand", "bent_30", base, np.zeros(7), POINTS)
+    chain, below = ErrorChain(compliance=Compliance(0.15)), {}
+    for compensated in (0.0, 0.15):
+        settings = replace(SETTINGS, compliance_mm_per_n=compensated)
+        system = RigidSystem(spec.build(), settings)
+        tally = TruthTally(chain, system.scene, settings.margin_mm)
+        operator, driver = PushingOperator(2), Driver(system)
+        driver.apply(SetTask("free"))
+        for _ in range(400):
+            tally.add(system.snapshot(driver.act(operator(system, driver.state))))
+        below[compensated] = tally.report()["truth"]
+    assert below[0.0]["steps_below_margin"] > 10
+    assert below[0.15]["steps_below_margin"] == 0
+    assert below[0.15]["min_true_clearance_mm"] >= SETTINGS.margin_mm
 
 
 def samples(scene: Scene, q: np.ndarray, dt_s: float) -> list[Sample]:
@@ -284,7 +346,7 @@ def test_a_run_is_followed_as_it_was_live(hands_on: Drive) -> None:
     assert score.truth == pytest.approx(report["truth"], abs=1e-9)
     assert 0.05 < report["true_error_mm"]["mean"] < 2.0
     one = hands_on.snapshots[30]
-    pose = sample_of(one, hands_on.scene.tool, True)
+    pose = sample_of(one, hands_on.scene.tool)
     rotation, _ = hands_on.scene.placed_robot().tip_pose(one.q)
     np.testing.assert_allclose(pose.rotation, rotation, atol=1e-12)
 
@@ -294,7 +356,7 @@ def test_a_free_hand_has_no_stage_of_a_robot(hands_on: Drive) -> None:
         RegistrationError((0.5, 0.0, 0.0)), EncoderError(backlash_mm=1.0), ServoLag(0.1), Compliance(0.3, 2.0)
     )
     tool = TrueTool(chain, hands_on.scene.tool, None)
-    truth = tool.at(sample_of(hands_on.snapshots[40], hands_on.scene.tool, False))
+    truth = tool.at(sample_of(hands_on.snapshots[40], hands_on.scene.tool)._replace(q=None, force=None))
     np.testing.assert_allclose(truth.true - truth.believed, [0.5, 0.0, 0.0], atol=1e-12)
 
 

@@ -117,10 +117,11 @@ class ServoLag:
 
 @dataclass(frozen=True)
 class Compliance:
-    """Deflection of the tip under a hand on the robot's handle: C · (f + the hand's weight).
+    """Deflection of the tip under a hand on the robot's handle: C · (f + the hand's weight), 0 where f is 0.
 
-    mm_per_n: C, equal in all directions; f: the hand's force as measured. hand_weight_n: of a hand that rests on the
-    handle, towards the back of a supine patient (LPS +y); a sensor that is zeroed under it does not show it.
+    mm_per_n: C, equal in all directions; f: the hand's force as measured. hand_weight_n: of the hand that pushes, which
+    rests on the handle, towards the back of a supine patient (LPS +y); a sensor that is zeroed under it does not show
+    it.
 
     Raises:
         InputError: a value is negative or too large.
@@ -135,6 +136,8 @@ class Compliance:
 
     def deflection(self, force: Array) -> Array:
         """Displacement (3,) in mm of the tip under a force (3,) in N."""
+        if not force.any():
+            return np.zeros(3)
         moved: Array = self.mm_per_n * (force + np.array([0.0, self.hand_weight_n, 0.0]))
         return moved
 

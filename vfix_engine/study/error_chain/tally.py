@@ -32,10 +32,9 @@ class TruthTally:
         self._on_path, self._steps, self._below, self._inside = False, 0, 0, 0
         self._least, self._largest = np.inf, 0.0
 
-    def add(self, snapshot: Any, hand_on_robot: bool, compensated_mm_per_n: float = 0.0) -> Truth:
-        """Count one snapshot of a rigid tool, and return its truth; see ``sample_of``."""
-        sample = sample_of(snapshot, self._scene.tool, hand_on_robot, compensated_mm_per_n)
-        truth = self._tool.at(sample)
+    def add(self, snapshot: Any) -> Truth:
+        """Count one snapshot of a rigid tool, and return its truth."""
+        truth = self._tool.at(sample_of(snapshot, self._scene.tool))
         self._steps += 1
         self._largest = max(self._largest, truth.difference_mm)
         self._measure(snapshot, truth)

@@ -19,7 +19,7 @@ import numpy as np
 from ...arrays import Array
 from ...geometry.capsules import Segments
 from ...robots import PlacedRobot, Tool
-from ...worlds.rigid.snapshot import camera_at
+from ...worlds.rigid.snapshot import RigidSnapshot, camera_at
 from .chain import ErrorChain
 
 
@@ -130,14 +130,11 @@ def lag_behind(before: Array, moved: Array, dt_s: float, time_s: float) -> Array
     return np.asarray(kept * before + (1.0 - kept) * (time_s / dt_s) * moved)
 
 
-def sample_of(snapshot: Any, tool: Tool, hand_on_robot: bool, compensated_mm_per_n: float = 0.0) -> Sample:
-    """The sample of a snapshot of a rigid tool, on a robot or in a free hand.
-
-    hand_on_robot: a hand leads the robot by its handle, and no master drives it.
-    compensated_mm_per_n: compliance that the controller compensates, ``ControlSettings.compliance_mm_per_n``.
-    """
-    force = snapshot.force if hand_on_robot else None
-    deflection = np.zeros(3) if force is None else compensated_mm_per_n * force
+def sample_of(snapshot: Any, tool: Tool) -> Sample:
+    """The sample of a snapshot of a rigid tool, on a robot or in a free hand."""
     unturned = camera_at(np.eye(3), np.zeros(3), tool)[:3, :3]
     rotation = snapshot.camera[:3, :3] @ unturned.T
+    on_robot = isinstance(snapshot, RigidSnapshot)
+    force = snapshot.force if on_robot and not snapshot.teleoperated else None
+    deflection = snapshot.deflection if on_robot else np.zeros(3)
     return Sample(snapshot.t, snapshot.steps, snapshot.q, snapshot.tip, rotation, force, deflection)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...arrays import Array, IndexArray
+from ...arrays import Array, BoolArray, IndexArray
 from ...control import ControlSettings
 from ...errors import InputError
 from ...geometry.path import SplinePath
@@ -15,8 +15,10 @@ from ...runtime.requests import Reset, SetSettings
 from ...runtime.run import Run
 from ...runtime.system import SystemSpec
 from ...virtual_fixtures.zones import ANATOMY, ordered
+from ...worlds.rigid.row import PHASES
 
 _AXES = "xyz"
+_COMPENSATED = [PHASES.index(name) for name in ("approach", "follow", "done")]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,12 +53,20 @@ class Samples:
     path: SplinePath | None
     targets: Array
 
-    def view_point(self, tip: Array, rotation: Array, rows: Array) -> Array:
-        """(k, 3) the point that inspection holds on its target, of a tool with these tips (k, 3) and rotations
-        (k, 3, 3) at the chosen rows (n,) of k samples.
-        """
+    @property
+    def believed(self) -> Array:
+        """(n, 3) tips as the controller believes them: where a compensated deflection has brought them."""
+        return self.tip + self.deflection
+
+    @property
+    def view_point(self) -> Array:
+        """(n, 3) the point that inspection holds on its target."""
+        return self.view_point_of(self.tip, self.rotation)
+
+    def view_point_of(self, tip: Array, rotation: Array) -> Array:
+        """The same of a tool with other tips (n, 3) and rotations (n, 3, 3)."""
         direction = np.stack([self.tool.direction(one) for one in rotation])
-        points: Array = tip + self.view_distance_mm[rows][:, None] * direction
+        points: Array = tip + self.view_distance_mm[:, None] * direction
         return points
 
 
@@ -81,25 +91,43 @@ def samples_of(run: Run, spec: SystemSpec) -> Samples:
     structures = (ANATOMY, *(zone.name for zone in ordered(scene.zones)))
     distance = [[rows[:, at[f"d{b}_{s}"]] for s in range(len(tool.radius))] for b in range(len(structures))]
     settings = _settings(run, control, first)
+    force, phase = rows[:, [at[f"force_{axis}"] for axis in _AXES]], rows[:, at["phase"]].astype(np.int64)
     return Samples(
         first=first,
         period_s=np.array([one.dt_s for one in settings]),
         tip=rows[:, [at[f"tip_{axis}"] for axis in _AXES]],
         rotation=rows[:, [at[f"r{i}{j}"] for i in range(3) for j in range(3)]].reshape(-1, 3, 3),
         distance=np.moveaxis(np.array(distance), -1, 0),
-        phase=rows[:, at["phase"]].astype(np.int64),
+        phase=phase,
         outcome=rows[:, at["outcome"]].astype(np.int64),
         target=rows[:, at["target"]].astype(np.int64),
         path_s=rows[:, at["path_s"]],
-        deflection=np.zeros((len(rows), 3)),
+        deflection=_deflection(run, settings, force, phase),
         view_distance_mm=np.array([one.view_distance_mm for one in settings]),
         settings=tuple(settings),
-        force=rows[:, [at[f"force_{axis}"] for axis in _AXES]],
+        force=force,
         structures=structures,
         tool=tool,
         path=None if scene.path_points is None else SplinePath(scene.path_points),
         targets=np.asarray(scene.targets, dtype=np.float64),
     )
+
+
+def _deflection(run: Run, settings: list[ControlSettings], force: Array, phase: IndexArray) -> Array:
+    """(n, 3) deflection that the controller compensated: on the path's task, under a hand on the robot."""
+    first = len(run.ticks) - len(force)
+    compliance = np.array([one.compliance_mm_per_n for one in settings])
+    under = hand_on_robot(run)[first:] & np.isin(phase, _COMPENSATED)
+    found: Array = (compliance * under)[:, None] * force
+    return found
+
+
+def hand_on_robot(run: Run) -> BoolArray:
+    """(n,) whether the force of each step is that of a hand on the robot: not of a device, nor of a free hand."""
+    if run.manifest["world"] == "freehand":
+        return np.zeros(len(run.ticks), dtype=bool)
+    device: Array = run.ticks[:, [name for name, _ in run.manifest["columns"]].index("master")]
+    return np.asarray(device == 0.0)
 
 
 def _settings(run: Run, first_ones: ControlSettings, first: int) -> list[ControlSettings]:

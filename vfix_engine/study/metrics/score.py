@@ -140,7 +140,7 @@ def score_run(
     """
     spec = spec_of(run) if spec is None else spec
     samples = samples_of(run, spec)
-    believed = true = _Tool(samples.tip + samples.deflection, samples.rotation)
+    believed = true = _Tool(samples.believed, samples.rotation)
     truth = None
     if errors is not None:
         if transform_believed_to_true is not None:
@@ -230,7 +230,7 @@ def _target_error(samples: Samples, believed: _Tool, true: _Tool) -> Errors | No
     if not rows.any():
         return None
     goals = samples.targets[samples.target[rows]]
-    points = [samples.view_point(one.tip[rows], one.rotation[rows], rows) for one in (believed, true)]
+    points = [samples.view_point_of(*one)[rows] for one in (believed, true)]
     return Errors(*_both(lambda places: _mean_max(np.linalg.norm(places - goals, axis=1)), *points))
 
 

@@ -8,12 +8,10 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array
-from ...runtime.control_mode import HANDS_ON, MIXED
-from ...runtime.requests import SetControl
 from ...runtime.run import Run
 from ...runtime.system import SystemSpec
 from ..error_chain import ErrorChain, Sample, TrueTool
-from .samples import Samples
+from .samples import Samples, hand_on_robot
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +20,7 @@ class TrueFrame:
 
     believed, tip: (n, 3) tips; rotation: (n, 3, 3) true.
     clearance: (n,) of the true tool to the anatomy, cut at the boundary threshold.
-    margin_mm: that the certificate keeps at every sample (n,).
+    margin_mm: (n,) that the true tool keeps if the certificate covers its errors: without what is added for deflection.
     """
 
     believed: Array
@@ -68,18 +66,6 @@ def true_frame(run: Run, spec: SystemSpec, samples: Samples, chain: ErrorChain) 
         if not chain.empty:
             clearance[i] = scene.tree.clearance(truth.segments, samples.settings[i].reach_mm)
     believed, tip, rotation = (np.array(part) for part in zip(*found, strict=True))
-    return TrueFrame(believed, tip, rotation, clearance, np.array([one.kept_mm for one in samples.settings]))
-
-
-def hand_on_robot(run: Run) -> Array:
-    """(n,) whether a hand led the robot by its handle in each step: hands-on, and not by a master.
-
-    What led a run of changed modes before the first change is what it was changed from.
-    """
-    master = run.ticks[:, [name for name, _ in run.manifest["columns"]].index("master")] != 0.0
-    changes = [(one.at, one.content.control) for one in run.events if isinstance(one.content, SetControl)]
-    hands_on = run.mode == HANDS_ON or (run.mode == MIXED and changes[0][1].mode != HANDS_ON)
-    held = np.full(len(run.ticks), hands_on)
-    for at, control in changes:
-        held[at:] = control.mode == HANDS_ON
-    return held & ~master
+    return TrueFrame(
+        believed, tip, rotation, clearance, np.array([one.kept_mm - one.deflection_mm for one in samples.settings])
+    )

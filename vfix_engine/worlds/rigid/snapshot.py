@@ -22,39 +22,11 @@ from .teleoperation import spring
 __all__ = ["RigidSnapshot", "Timing", "camera_of", "lazy_snapshot", "snapshot_of"]
 
 
-@dataclass(frozen=True, kw_only=True)
-class RigidSnapshot(of_any_world.Snapshot):
-    """The fields of every world, and those of the rigid tool: positions (3,) in LPS mm, force in N, torque in N·mm.
+class ToolOfSnapshot:
+    """What the capsules and the camera of a snapshot say of a rigid tool, on a robot or in a free hand."""
 
-    phase: 'approach', 'follow', 'done', 'inspect_approach', 'inspect_hold' or 'free'.
-    held: the hand pushes and the tool does not move; slowed: it moves less than commanded; reason says why, in words.
-    active: in words, every constraint that acts on the step, strongest first, also where it costs no motion.
-    clearance_mm: of the whole tool, exact up to threshold_mm.
-    target_error_mm: |P_v − P_t|, NaN outside inspection.
-    emergencies: steps so far that had to exceed a joint's acceleration limit.
-    teleoperated: a master or a rate device drives; ``reflection`` is the force on a master then, no more than the
-        force cap; a rate device has springs of its own, and gets none.
-    """
-
-    grip: Array
-    virtual_point: Array
-    force: Array
-    torque: Array
-    mode: str
-    phase: str
-    held: bool
-    slowed: bool
-    reason: str
-    active: tuple[str, ...]
-    blocking_point: Array | None
-    tip_error_mm: float
-    clearance_mm: float
-    margin_mm: float
-    threshold_mm: float
-    target_error_mm: float
-    rows: int
-    emergencies: int = field(default_factory=int)
-    teleoperated: bool = field(default_factory=bool)
+    capsules: Array
+    camera: Array
 
     @property
     def segments_start(self) -> Array:
@@ -83,6 +55,43 @@ class RigidSnapshot(of_any_world.Snapshot):
         towards = self.camera[:3, 2] - self.camera[:3, 1]  # the view and up in its picture: not both along the shaft
         across: Array = towards - (towards @ self.shaft) * self.shaft
         return across / np.linalg.norm(across)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigidSnapshot(ToolOfSnapshot, of_any_world.Snapshot):
+    """The fields of every world, and those of the rigid tool: positions (3,) in LPS mm, force in N, torque in N·mm.
+
+    phase: 'approach', 'follow', 'done', 'inspect_approach', 'inspect_hold' or 'free'.
+    held: the hand pushes and the tool does not move; slowed: it moves less than commanded; reason says why, in words.
+    active: in words, every constraint that acts on the step, strongest first, also where it costs no motion.
+    clearance_mm: of the whole tool, exact up to threshold_mm.
+    target_error_mm: |P_v − P_t|, NaN outside inspection.
+    deflection: (3,) in mm of the tip under the hand, which is compensated; tip_error_mm is of the deflected tip.
+    emergencies: steps so far that had to exceed a joint's acceleration limit.
+    teleoperated: a master or a rate device drives; ``reflection`` is the force on a master then, no more than the
+        force cap; a rate device has springs of its own, and gets none.
+    """
+
+    grip: Array
+    virtual_point: Array
+    force: Array
+    torque: Array
+    mode: str
+    phase: str
+    held: bool
+    slowed: bool
+    reason: str
+    active: tuple[str, ...]
+    blocking_point: Array | None
+    tip_error_mm: float
+    clearance_mm: float
+    margin_mm: float
+    threshold_mm: float
+    target_error_mm: float
+    rows: int
+    emergencies: int = field(default_factory=int)
+    teleoperated: bool = field(default_factory=bool)
+    deflection: Array = field(default_factory=lambda: np.zeros(3))
 
     @property
     def reflection(self) -> Array:
@@ -138,6 +147,7 @@ def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> R
         steps=state.steps,
         emergencies=state.emergencies,
         teleoperated=teleoperated,
+        deflection=state.deflection,
         certified=True,
     )
 
@@ -168,7 +178,7 @@ def _on_path(scene: Scene, state: RehearsalState) -> tuple[float, float, float]:
     """Distance of the tip to the path, arc length there, and the path's length; zeros without a path."""
     if scene.path is None or state.nearest is None:
         return 0.0, 0.0, 0.0
-    tip, near = state.tool.tip.position, state.nearest
+    tip, near = state.believed_tip, state.nearest
     s, position = near.s, near.position
     if state.mode != "path":  # off the path the tip may be anywhere: no branch is preferred there
         s, position, _ = scene.path.closest(tip)

@@ -58,6 +58,7 @@ class _Stepped(NamedTuple):
     torque: Array = ZEROS
     end: str = ""
     fell_back: bool = False
+    deflection: Array = ZEROS
 
 
 class RigidSystem:
@@ -140,7 +141,7 @@ class RigidSystem:
         """The same pose and speed in another mode; ControlError when the scene has no path or no such target."""
         if mode not in MODES:
             raise ControlError(f"mode '{mode}' is not one of {', '.join(MODES)}")
-        state = replace(state, lag=ZEROS, chosen=None, last=None)
+        state = replace(state, lag=ZEROS, chosen=None, deflection=ZEROS, last=None)
         if mode == "path":
             if self.scene.path is None:
                 raise ControlError(NO_PATH)
@@ -191,7 +192,8 @@ class RigidSystem:
         settings, tip = state.settings, state.tool.tip
         base = self.scene.printed is not None
         axes = self.scene.base[:3, :3] if base else camera_at(tip.rotation, tip.position, self.scene.tool)[:3, :3]
-        return Grip(self._grip(state.tool), settings.stiffness_n_per_mm, settings.force_cap_n, axes)
+        grip = self._grip(state.tool)
+        return Grip(grip, settings.stiffness_n_per_mm, settings.force_cap_n, axes, grip - tip.position)
 
     def row(self, state: RehearsalState, out: Array) -> None:
         self._row.write(state, out)
@@ -225,7 +227,7 @@ class RigidSystem:
             force, drive, reach = triple(spring(lag, settings)), 0.0, length(lag)
         controller = self._controller_of(settings)
         if state.mode == "path":
-            done = self._path_step(controller, state, force, drive, reach)
+            done = self._path_step(controller, state, force, drive, reach, master is None and not command.rate)
         elif state.mode == "inspect":
             done = self._inspect_step(controller, state, force, drive, twist, reach, turns)
         else:
@@ -251,6 +253,7 @@ class RigidSystem:
             lag,
             state.chosen if done.phase == "approach" else None,
             state.fallbacks + done.fell_back,
+            done.deflection,
             LastStep(done.report, done.force, done.torque, done.end, master is not None or command.rate),
         )
 
@@ -261,8 +264,9 @@ class RigidSystem:
         return torque
 
     def _path_step(
-        self, controller: Controller, state: RehearsalState, force: Triple, drive: float, reach: float
+        self, controller: Controller, state: RehearsalState, force: Triple, drive: float, reach: float, on_robot: bool
     ) -> _Stepped:
+        """on_robot: the force is a hand's on the handle, whose deflection is compensated where it is known."""
         path, near, settings = self.scene.path, state.nearest, state.settings
         if path is None or near is None:
             raise ControlError(NO_PATH)
@@ -270,16 +274,25 @@ class RigidSystem:
         if drive:
             force = plus(force, times(drive * settings.force_cap_n, tangent))
         force = saturate(force, settings.force_cap_n)
+        bent = ZEROS
+        if on_robot and settings.compliance_mm_per_n:
+            # The deflected tip follows the path, so the undeflected one follows it displaced by −C f.
+            bent = settings.compliance_mm_per_n * np.array(force)
+            if state.chosen is None:
+                near = PathPoint(*path.closest(state.tool.position + bent, near.s, SEARCH_WINDOW_MM))
+            tangent = triple(near.tangent)
+        aim = near if bent is ZEROS else near._replace(position=near.position - bent)
         limit = ON_PATH_MM if state.phase == "approach" else LEAVE_PATH_MM
-        off = norm(minus(triple(near.position), triple(state.tool.position)))
+        off = norm(minus(triple(aim.position), triple(state.tool.position)))
         phase = "follow" if off <= limit else "approach"
         kind, shaft = ApproachPath if phase == "approach" else FollowPath, self.scene.shaft
-        task: Task = kind(path, near, shaft)
+        task: Task = kind(path, aim, shaft)
         hand = HandCommand(np.array(force), ZEROS, reach)
-        report, fell_back = self._followed(controller, state, task, near, hand)
+        report, fell_back = self._followed(controller, state, task, aim, hand)
         if phase == "approach" and state.chosen is not None:
-            return _Stepped(report, phase, near, hand.force)
-        after = PathPoint(*path.closest(report.state.position, near.s, SEARCH_WINDOW_MM))
+            return _Stepped(report, phase, near, hand.force, deflection=bent)
+        arrived = report.state.position if bent is ZEROS else report.state.position + bent
+        after = PathPoint(*path.closest(arrived, near.s, SEARCH_WINDOW_MM))
         end = ""
         if phase == "follow":
             if path.length - after.s <= END_MM:
@@ -287,7 +300,7 @@ class RigidSystem:
                 end = "the end of the path" if dot(force, tangent) > 0 else ""
             elif after.s <= END_MM and dot(force, tangent) < 0:
                 end = "the entry of the path"
-        return _Stepped(report, phase, after, hand.force, end=end, fell_back=fell_back)
+        return _Stepped(report, phase, after, hand.force, end=end, fell_back=fell_back, deflection=bent)
 
     def _followed(
         self, controller: Controller, state: RehearsalState, task: Task, near: PathPoint, hand: HandCommand
