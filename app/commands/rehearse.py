@@ -19,6 +19,7 @@ from app.commands.recorded_run import RecordedRun
 from app.commands.rehearse_arguments import add_arguments, check_arguments
 from app.commands.rehearse_errors import Truths
 from app.commands.rehearse_freehand import at_hand_rate, drive_freehand
+from app.commands.rehearse_person import led_by_person
 from app.commands.rehearse_scene import build_scene, robots_of
 from app.exchange.resolve import (
     resolve_case,
@@ -40,6 +41,7 @@ from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.system import Column, SystemSpec
 from vfix_engine.worlds.freehand.spec import FreehandSpec
 from vfix_engine.worlds.freehand.system import FreehandSystem
+from vfix_engine.worlds.rigid.covariance_watch import CovarianceWatch
 from vfix_engine.worlds.rigid.dry_run import STATION_MM
 from vfix_engine.worlds.rigid.headless import HeadlessRun
 from vfix_engine.worlds.rigid.presets import PRESETS
@@ -138,7 +140,9 @@ def _world(scene: Scene, settings: ControlSettings, args: argparse.Namespace, po
     rehearsal = Rehearsal(scene, settings)
 
     def drive_robot(recorded: RecordedRun | None) -> dict[str, Any]:
-        return _drive(HeadlessRun(rehearsal, poses.add, recorded, args.approach, _servo(args), _control(args)), args)
+        control, trees = _control(args), None if args.preset is None else CovarianceWatch(rehearsal.controller)
+        run = HeadlessRun(rehearsal, poses.add, recorded, args.approach, _servo(args), control, trees)
+        return _drive(run, args)
 
     return _World(RigidSpec(kept, settings), rehearsal.system.row_layout, drive_robot)
 
@@ -186,7 +190,7 @@ def _recorded(
     if services is None and args.record is None:
         return None
     try:
-        seed = args.seed if args.operator == "pushing" or args.mode == FREEHAND else None
+        seed = args.seed if args.operator != "scripted" or args.mode == FREEHAND else None
         return RecordedRun(services, spec, columns, seed, _control(args), args.preset)
     except (OSError, VfixError) as error:
         if args.record is not None:
@@ -206,7 +210,14 @@ def _control(args: argparse.Namespace) -> Control:
 
 
 def _follow(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
-    last = run.follow()
+    return _followed(run.follow())
+
+
+def _lead(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
+    return _followed(run.follow(led_by_person(run.rehearsal, args.seed)))
+
+
+def _followed(last: RigidSnapshot) -> dict[str, Any]:
     done = last.phase == "done"
     result = {"completed": done, "reason": "" if done else last.reason, "reached_mm": last.progress_mm}
     return result if done else result | _stopped(last)
@@ -217,7 +228,7 @@ def _push(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
     return {"completed": True} | run.push(steps, args.seed, args.free)
 
 
-DRIVES = {"scripted": _follow, "pushing": _push}  # along the path, by the name of the operator
+DRIVES = {"scripted": _follow, "person": _lead, "pushing": _push}  # along the path, by the name of the operator
 
 
 def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
@@ -241,6 +252,8 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
     figures |= {"margin_mm": settings.margin_mm, "path_length_mm": length}
     rooms = zip(run.limits, run.least_rooms, strict=True)
     limits = [{"name": limit.words, "least_room_mm": least} for limit, least in rooms]
+    if run.covariance is not None:
+        figures |= {"covariance_tree": run.covariance.report()}
     if run.servo is not None:
         figures |= {"progress_fallbacks": run.fallbacks, "servo": run.servo.report()}
     return result | figures | ({"zones": zones} if zones else {}) | ({"tip_limits": limits} if limits else {})

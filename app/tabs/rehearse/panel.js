@@ -11,6 +11,7 @@ import { DeviceMenu } from "./device-menu.js";
 import { preselected } from "./preselected.js";
 import { RehearsalStatus } from "./status.js";
 import { OptionsGroup } from "./options.js";
+import { TruthGroup } from "./truth.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
 /** @import { Commands, ItemEntry, RehearsalSection, SettingField, SettingsSection, ViewModel } from "/static/js/types.js" */
@@ -67,6 +68,7 @@ export default class RehearsePanel {
     this.progressWords = h("p", { class: "words" });
     this.soFar = h("p", { class: "words", id: "so-far", hidden: true });
     this.rehearsalOptions = new OptionsGroup(connection);
+    this.truth = new TruthGroup(connection);
     this.fields = h("div", { class: "fields" });
     this.fieldWords = h("p", { class: "words caution", role: "status" });
     /** @type {Map<string, { input: HTMLInputElement, shown: HTMLElement }>} */
@@ -82,6 +84,7 @@ export default class RehearsePanel {
         h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
         this.progressWords, this.progress, this.soFar),
       this.devices.element,
+      this.truth.element,
       this.rehearsalOptions.element,
       group("Hand and margin", null, this.fields, this.fieldWords, this.marginWarning));
   }
@@ -97,6 +100,7 @@ export default class RehearsePanel {
     const live = isLive(rehearsal);
     const adjustable = live && Boolean(rehearsal.mine);
     this.changedFields([state.settings, adjustable], () => this.renderFields(state.settings, adjustable));
+    this.truth.update(state);
     this.rehearsalOptions.update(state);
     this.devices.update(state);
     this.nearness.update(state.nearness);
