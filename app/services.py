@@ -115,11 +115,13 @@ class Services:
 
     def _add_drives(self) -> None:
         from app.drives.recordings import Recordings
+        from app.drives.run_scores import RunScores
         from app.drives.runs import RunService
         from app.live import LiveBoard
 
         self.runs = RunService(self.store)
-        self.recordings = Recordings(self.jobs, self.runs)
+        self.run_scores = RunScores(self.store, self.runs)
+        self.recordings = Recordings(self.jobs, self.runs, self.run_scores)
         self.live = LiveBoard()
 
     def _add_exchange(self) -> None:

@@ -27,6 +27,8 @@ from app.api.dependencies import ErrorPublic  # noqa: E402
 from app.api.jobs import ImportAnswer, JobPublic  # noqa: E402
 from app.api.plan_models import OwnRobotPublic  # noqa: E402
 from app.api.registration_models import PlanRegistrationPublic  # noqa: E402
+from app.api.run_scores import ScorePublic, SeriesPublic  # noqa: E402
+from app.api.runs import RunTitle  # noqa: E402
 from app.api.suggestions import SuggestionPublic, ToolTablePublic  # noqa: E402
 from app.api.tracing import TracedPublic  # noqa: E402
 from app.messages import sections  # noqa: E402
@@ -52,6 +54,9 @@ REST_MODELS = (
     RegistrationPublic,
     PlanRegistrationPublic,
     TracedPublic,
+    RunTitle,
+    ScorePublic,
+    SeriesPublic,
 )
 MESSAGES = (Hello, sections.HelloMessage, sections.NoteMessage, sections.ReplyMessage)
 PLAIN = {

@@ -55,7 +55,6 @@ MOVED = {
     "vfix_engine.robots.placed": "vfix_engine.robots.model",
     "vfix_engine.simulation": "vfix_engine.worlds.rigid",
     "vfix_engine.worlds.rigid.numbers": "vfix_engine.worlds.rigid.command_values",
-    "vfix_engine.worlds.rigid.recorder": "vfix_engine.worlds.rigid.csv_recorder",
     "vfix_engine.worlds.rigid.rigid": "vfix_engine.worlds.rigid.system",
     "vfix_engine.worlds.rigid.rigid_row": "vfix_engine.worlds.rigid.row",
     "vfix_engine.worlds.rigid.rigid_snapshot": "vfix_engine.worlds.rigid.snapshot",

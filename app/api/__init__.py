@@ -23,6 +23,7 @@ from app.api import (
     registration_files,
     registrations,
     robots,
+    run_scores,
     runs,
     segmentation,
     structures,
@@ -65,6 +66,7 @@ for part in (
     robots,
     jobs,
     runs,
+    run_scores,
 ):
     router.include_router(part.router)
 

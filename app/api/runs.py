@@ -12,6 +12,7 @@ from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.plan_reports import PiercedPublic
 from app.drives.runs import RunOrigin, StoredRun
 from app.plans.model import NOTICE
+from app.services import Services
 
 router = APIRouter(tags=["runs"], responses=ERRORS)
 
@@ -23,12 +24,44 @@ class RunFilePublic(BaseModel):
     size_bytes: int
 
 
+class ShortScore(BaseModel):
+    """Figures of a run's score; lengths in mm. clearance_mm: least one to any structure, negative in contact.
+
+    completed: the path was followed to its end. error_mm, error_max_mm: mean and largest tip error in the robot's
+    frame, null where no sample follows a path.
+    """
+
+    certified: bool
+    completed: bool
+    time_s: float
+    error_mm: float | None
+    error_max_mm: float | None
+    clearance_mm: float
+    contacts: int
+    held_s: float
+
+    @classmethod
+    def of(cls, score: dict[str, Any]) -> ShortScore:
+        error = (score["path_error_mm"] or {}).get("robot_frame", {})
+        return cls(
+            certified=score["certified"],
+            completed=score["completed"],
+            time_s=score["time_s"],
+            error_mm=error.get("mean"),
+            error_max_mm=error.get("max"),
+            clearance_mm=min(score["least_clearance_mm"].values()),
+            contacts=score["contacts"],
+            held_s=score["held_s"],
+        )
+
+
 class RunTitle(BaseModel):
     """A run; ticks: number of recorded steps, lost: number of steps that were not recorded.
 
     mode: 'freehand', 'hands-on' or 'teleoperated', 'mixed' where it was changed on the way, null for a snake.
     whole is false, and ticks and lost are null, for an interrupted run.
     pierced: what the tool pierced while it was driven; null where that was not measured.
+    score: null where nobody has asked for it yet, see `/runs/{run_id}/score`, and where there is none.
     """
 
     id: str
@@ -43,16 +76,18 @@ class RunTitle(BaseModel):
     ticks: int | None
     lost: int | None
     pierced: PiercedPublic | None
+    score: ShortScore | None
     files: dict[str, RunFilePublic]
 
     @classmethod
-    def values(cls, run: StoredRun) -> dict[str, Any]:
+    def values(cls, run: StoredRun, services: Services) -> dict[str, Any]:
         """The fields of a stored run."""
+        known = services.run_scores.known(run)
         end = run.end or {}
         files = {name: vars(file) for name, file in run.files.items()}
         told = {"world": run.world, "mode": run.mode, "whole": run.whole}
         told |= {"ticks": end.get("ticks"), "lost": end.get("lost")}
-        return {**vars(run), **told, "files": files}
+        return {**vars(run), **told, "files": files, "score": known and ShortScore.of(known)}
 
 
 class RunPublic(RunTitle):
@@ -64,7 +99,7 @@ class RunPublic(RunTitle):
 @router.get("/runs")
 def list_runs(services: ServicesDep, case_id: Named = None, plan_id: Named = None) -> list[RunTitle]:
     """Runs of a case or plan, or all, newest first."""
-    return [RunTitle.model_validate(RunTitle.values(run)) for run in services.runs.list(case_id, plan_id)]
+    return [RunTitle.model_validate(RunTitle.values(run, services)) for run in services.runs.list(case_id, plan_id)]
 
 
 @router.get("/cases/{case_id}/runs")
@@ -77,7 +112,7 @@ def list_runs_of_case(case_id: Identifier, services: ServicesDep, plan_id: Named
 @router.get("/runs/{run_id}")
 def show_run(run_id: Identifier, services: ServicesDep) -> RunPublic:
     """One run, with its manifest."""
-    return RunPublic.model_validate(RunPublic.values(services.runs.get(run_id)))
+    return RunPublic.model_validate(RunPublic.values(services.runs.get(run_id), services))
 
 
 @router.get(

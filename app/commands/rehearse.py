@@ -18,7 +18,7 @@ from app.commands.head_options import say_notes, told_of_file
 from app.commands.recorded_run import RecordedRun
 from app.commands.rehearse_arguments import add_arguments, check_arguments
 from app.commands.rehearse_errors import Truths
-from app.commands.rehearse_freehand import at_hand_rate, drive_freehand
+from app.commands.rehearse_freehand import drive_freehand
 from app.commands.rehearse_person import led_by_person
 from app.commands.rehearse_scene import build_scene, robots_of
 from app.exchange.resolve import (
@@ -35,11 +35,11 @@ from app.settings import Settings
 from vfix_engine.anatomy.head_import import HeadRequest
 from vfix_engine.anatomy.soft_tissue import tissue_passed
 from vfix_engine.control import ControlSettings
-from vfix_engine.errors import InputError, VfixError
+from vfix_engine.errors import VfixError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.system import Column, SystemSpec
-from vfix_engine.worlds.freehand.spec import FreehandSpec
+from vfix_engine.worlds.freehand.spec import FreehandSpec, of_free_hand
 from vfix_engine.worlds.freehand.system import FreehandSystem
 from vfix_engine.worlds.rigid.covariance_watch import CovarianceWatch
 from vfix_engine.worlds.rigid.dry_run import STATION_MM
@@ -133,18 +133,16 @@ def _world(scene: Scene, settings: ControlSettings, args: argparse.Namespace, po
     """A free hand, or a hand on the robot."""
     kept = SceneSpec.of(scene)
     if args.mode == FREEHAND:
-        rated = at_hand_rate(settings)
+        rated = of_free_hand(settings)
         hand = FreehandSystem(scene, rated)
         drive = partial(drive_freehand, hand, args, poses.add)
         return _World(FreehandSpec(kept, rated), hand.row_layout, drive)
     rehearsal = Rehearsal(scene, settings)
-
-    def drive_robot(recorded: RecordedRun | None) -> dict[str, Any]:
-        control, trees = _control(args), None if args.preset is None else CovarianceWatch(rehearsal.controller)
-        run = HeadlessRun(rehearsal, poses.add, recorded, args.approach, _servo(args), control, trees)
-        return _drive(run, args)
-
-    return _World(RigidSpec(kept, settings), rehearsal.system.row_layout, drive_robot)
+    return _World(
+        RigidSpec(kept, settings),
+        rehearsal.system.row_layout,
+        lambda recorded: _drive(_headless(rehearsal, poses.add, recorded, args), args),
+    )
 
 
 class Poses:
@@ -186,22 +184,23 @@ def _registered(services: Services | None, plan: Plan) -> tuple[Plan, ImageRegis
 def _recorded(
     services: Services | None, spec: SystemSpec, columns: tuple[Column, ...], args: argparse.Namespace
 ) -> RecordedRun | None:
-    """The recorder of the run; None without a writable store, where none is asked for with --record."""
-    if services is None and args.record is None:
-        return None
-    try:
-        seed = args.seed if args.operator != "scripted" or args.mode == FREEHAND else None
-        return RecordedRun(services, spec, columns, seed, _control(args), args.preset)
-    except (OSError, VfixError) as error:
-        if args.record is not None:
-            raise InputError(f"the run cannot be recorded: {error}") from error
-        say_notes([f"the run is not recorded: {error}"])
-        return None
+    """The recorder of the run; None without a writable store, unless --record asks for a run that is not stored."""
+    seed = args.seed if args.operator != "scripted" or args.mode == FREEHAND else None
+    labels = (seed, _control(args), args.preset)
+    if services is not None:
+        try:
+            return RecordedRun(services, spec, columns, *labels)
+        except (OSError, VfixError) as error:
+            say_notes([f"the run is not recorded: {error}"])
+    return None if args.record is None else RecordedRun(None, spec, columns, *labels)
 
 
-def _servo(args: argparse.Namespace) -> ServoWatch | None:
-    """What measures the poses between the set points of a preset's outer loop."""
-    return None if args.preset is None else ServoWatch()
+def _headless(
+    rehearsal: Rehearsal, keep: Callable[[RigidSnapshot], None], recorded: RecordedRun | None, args: argparse.Namespace
+) -> HeadlessRun:
+    """The drive of a robot; with a preset the poses between its set points and the papers' tree are measured too."""
+    servo, trees = (None, None) if args.preset is None else (ServoWatch(), CovarianceWatch(rehearsal.controller))
+    return HeadlessRun(rehearsal, keep, recorded, args.approach, servo, _control(args), trees)
 
 
 def _control(args: argparse.Namespace) -> Control:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from app.commands.head_options import say_notes
-from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, InputError
 from vfix_engine.runtime.driver import Log
 from vfix_engine.runtime.snapshot import Snapshot
@@ -22,7 +21,6 @@ from vfix_engine.worlds.freehand.snapshot import FreehandSnapshot
 from vfix_engine.worlds.freehand.system import FreehandSystem
 from vfix_engine.worlds.rigid.dry_run import dry_run
 
-PERIOD_S = 0.02  # no hand is quicker; contact is computed in shorter steps
 UNCERTIFIED = "Freehand: driven without the certificate; bone does not stop the tool."
 NO_PRESET = "a preset's parameters are those of the robot: a free hand has none of them"
 
@@ -54,11 +52,6 @@ def check_zones(args: argparse.Namespace, zones: ZoneSet) -> None:
     """Refuse what a free hand does not feel of a file's zones. Raises InputError."""
     if args.mode == "freehand" and (zones.soft_zones or zones.envelopes):
         raise InputError("--mode freehand goes with no-fly zones of --zones only: soft zones and envelopes do nothing")
-
-
-def at_hand_rate(settings: ControlSettings) -> ControlSettings:
-    """The same settings at the rate of a free hand."""
-    return replace(settings, dt_s=PERIOD_S)
 
 
 def drive_freehand(

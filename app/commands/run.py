@@ -13,12 +13,12 @@ from app.exchange.resolve import find
 from app.exchange.runs.export import WRITERS, check_target, export_run
 from app.extras import need_app
 from app.services import Services
+from vfix_engine.runtime.control_mode import MIXED, MODES
 
 if TYPE_CHECKING:  # stored runs need the store, folders do not
     from app.drives.runs import StoredRun
 
 NOTICE = "Not for clinical use."
-MODES = ("hands-on", "freehand", "teleoperated")
 UNCERTIFIED = "without the certificate"
 
 
@@ -28,7 +28,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     listing = actions.add_parser("list", help="every stored run, newest first")
     listing.add_argument("--case", help="id or name of a case; else of all")
     listing.add_argument("--plan", help="id or name of a plan; else of all")
-    listing.add_argument("--mode", choices=MODES, help="how it was driven; else in any way")
+    listing.add_argument("--mode", choices=(*MODES, MIXED), help="how it was driven; else in any way")
     listing.add_argument("--limit", type=positive, metavar="N", help="the newest N only")
     every = [listing]
     for action, words in {"show": "one run, with its manifest", "delete": "delete a run for good"}.items():

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from app.drives.run_scores import RunScores
 from app.drives.runs import Measure, RunService, has_ticks
 from app.kit.errors import PlannerEnds
 from app.kit.jobs import Jobs, Progress
 from app.store.errors import StorageError
+from vfix_engine.errors import InputError
 
 MeasureBy = Callable[[Progress], Measure | None]
 
@@ -24,6 +27,7 @@ class Recording:
 
     folder: of its run, created by the drive. case_id, document_id: what is driven; subject: its name.
     measure_by: called when the drive has ended; returns measurements of the run before it is stored.
+    scores: compute its score once it is stored, so that lists have it; None: when somebody asks.
     """
 
     folder: Path
@@ -33,6 +37,7 @@ class Recording:
     runs: RunService
     jobs: Jobs
     measure_by: MeasureBy
+    scores: RunScores | None = None
 
     def keep(self) -> None:
         """The drive has ended: its run is stored by a job; a drive without a step leaves none."""
@@ -55,7 +60,12 @@ class Recording:
         measure = self.measure_by(progress)
         progress("Storing the run", 0.5)
         ids = {"case_id": self.case_id, "plan_id": self.document_id}
-        return self.runs.keep(self.folder, origin="page", measure=measure, **ids).id
+        run = self.runs.keep(self.folder, origin="page", measure=measure, **ids)
+        if self.scores is not None:
+            progress("Scoring the run", 0.7)
+            with suppress(InputError):  # of a world that has no score
+                self.scores.of(run.id)
+        return run.id
 
     def _remove(self) -> None:
         self.runs.discard(self.folder)
@@ -64,8 +74,8 @@ class Recording:
 class Recordings:
     """Makes recordings; may be used from any thread."""
 
-    def __init__(self, jobs: Jobs, runs: RunService) -> None:
-        self._jobs, self._runs = jobs, runs
+    def __init__(self, jobs: Jobs, runs: RunService, scores: RunScores | None = None) -> None:
+        self._jobs, self._runs, self._scores = jobs, runs, scores
 
     def new(
         self, case_id: str, document_id: str | None, subject: str, measure_by: MeasureBy = nothing_measured
@@ -75,7 +85,7 @@ class Recordings:
         Raises StorageError where the data folder is not writable.
         """
         folder = self._runs.new_folder("page", case_id=case_id, plan_id=document_id)
-        return Recording(folder, case_id, document_id, subject, self._runs, self._jobs, measure_by)
+        return Recording(folder, case_id, document_id, subject, self._runs, self._jobs, measure_by, self._scores)
 
     def attempt(
         self, case_id: str, document_id: str | None, subject: str, measure_by: MeasureBy = nothing_measured

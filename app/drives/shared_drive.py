@@ -71,13 +71,16 @@ class SharedDrive(DriveProcess[P, T]):
 
     # -- the hand; quick and from any thread
 
-    def set_grip(self, client: Client, position: Position, takes_hold: bool = True) -> None:
-        """The hand is at (3,) [mm]; a hand that was released has to begin a new hold first."""
+    def set_grip(self, client: Client, position: Position, takes_hold: bool = True, turns: bool = False) -> None:
+        """The hand is at (3,) [mm]; a hand that was released has to begin a new hold first.
+
+        turns: it turns the tool about its tip, where the mode has that.
+        """
         process = self._process  # a single read needs no lock
         if process is None or not (takes_hold or self._hand == client.id) or not self.lease.held_by(client):
             return
         self._hand = client.id
-        process.set_grip(position)
+        process.set_grip(position, turns)
         PROMPT_THREADS.hear()
 
     def heartbeat(self, client: Client) -> None:

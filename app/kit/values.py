@@ -14,6 +14,11 @@ MAX_COORDINATE = 1e4  # [mm]
 Position = tuple[float, float, float]
 
 
+def rounded_up(bound: float) -> float:
+    """A bound at the two digits that are shown: rounded up, so that 'below' stays true."""
+    return math.ceil(bound * 100.0 - 1e-9) / 100.0
+
+
 def new_id(letter: str) -> str:
     """Return a new random identifier."""
     return f"{letter}-{secrets.token_hex(5)}"

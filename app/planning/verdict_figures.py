@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from app.kit.values import rounded_up
 from app.planning.obstacles import Obstacle
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.protected_structures import structure_name
@@ -98,7 +99,7 @@ def _registration(evaluation: PlanEvaluation) -> Iterator[VerdictFigure]:
     if profile.off_unknown:
         yield VerdictFigure("registration error", None, "unknown")
     elif doubt is not None:
-        yield VerdictFigure("registration error", doubt.off_mm, "tight", doubt.s_mm)
+        yield VerdictFigure("registration error", rounded_up(doubt.off_mm), "tight", doubt.s_mm)
     elif profile.off_mm is not None:
         at = int(np.argmax(profile.off_mm))
-        yield VerdictFigure("registration error", float(profile.off_mm[at]), "fits", float(profile.s[at]))
+        yield VerdictFigure("registration error", rounded_up(float(profile.off_mm[at])), "fits", float(profile.s[at]))

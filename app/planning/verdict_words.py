@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from app.kit.values import rounded_up
 from app.planning.obstacles import Obstacle
 from app.planning.piercing import Pierced
 from app.planning.soft_depths import SoftDepth
@@ -113,12 +114,12 @@ def doubt_parts(worst: Doubt | None, unknown: bool) -> tuple[VerdictPhrase, ...]
     at = VerdictPhrase(f"at {worst.s_mm:.0f} mm", worst.s_mm)
     if worst.left_mm < 0.0:
         return (
-            VerdictPhrase(f" The registration may be off by {worst.off_mm:.2f} mm (95 %) "),
+            VerdictPhrase(f" The registration may be off by {rounded_up(worst.off_mm):.2f} mm (95 %) "),
             at,
             VerdictPhrase(f", more than the {max(worst.clearance_mm, 0.0):.2f} mm to {worst.nearest}."),
         )
     less = f", less than the margin of {worst.margin_mm:.2f} mm." if worst.left_mm < worst.margin_mm else "."
-    off = f" With the registration error of {worst.off_mm:.2f} mm (95 %), "
+    off = f" With the registration error of {rounded_up(worst.off_mm):.2f} mm (95 %), "
     return (VerdictPhrase(f"{off}{worst.left_mm:.2f} mm to {worst.nearest} are left "), at, VerdictPhrase(less))
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from app.kit.values import Position
+from app.kit.values import Position, rounded_up
 from app.plans.model import Plan
 from app.registration.calibration import motion_covariance
 from app.registration.document import RegistrationContent
@@ -149,10 +149,5 @@ def _words(targets: tuple[ErrorAtTarget, ...], path: ErrorAlongPath | None) -> s
         where, radius = "at the worst place of the path", path.worst.within_95_mm
     else:
         return "The plan has no target and no path yet."
-    told = f"{where[0].upper()}{where[1:]} the registration error is below {_above(radius)} mm in 95 % of cases"
+    told = f"{where[0].upper()}{where[1:]} the registration error is below {rounded_up(radius):.2f} mm in 95 % of cases"
     return f"{told}; tool and tracking errors come on top."
-
-
-def _above(radius_mm: float) -> str:
-    """Rounded up to a hundredth, as the page's table does: 'below' stays true."""
-    return f"{np.ceil(radius_mm * 100.0 - 1e-9) / 100.0:.2f}"

@@ -21,10 +21,14 @@ LABEL_RISE_MM = 9.0
 
 @dataclass(frozen=True)
 class GripDrag:
-    """A drag of the grip: phase 'start', 'update' or 'end', and the position of the hand, LPS mm."""
+    """A drag of the grip: phase 'start', 'update' or 'end', and the position of the hand, LPS mm.
+
+    turns: with Shift held; where the mode has that, the hand turns the tool about its tip instead of moving it.
+    """
 
     phase: str
     position: tuple[float, float, float]
+    turns: bool = False
 
 
 class HandNodes:
@@ -71,6 +75,7 @@ class HandNodes:
             self._label.visible = mine
             if mine:
                 self._ball.on_drag("left")(self._dragged)
+                self._ball.on_drag("left", modifier="shift")(self._dragged)
             else:
                 self._ball.remove_drag_callback("all")
                 self._hand = None
@@ -110,7 +115,8 @@ class HandNodes:
                 return
             position = self._grip_at  # the end of a drag counts even with an invalid position
         self._hand = None if event.phase == "end" else position
-        self._on_drag(GripDrag(event.phase, (float(position[0]), float(position[1]), float(position[2]))))
+        place = float(position[0]), float(position[1]), float(position[2])
+        self._on_drag(GripDrag(event.phase, place, event.modifier == "shift"))
 
     def remove(self) -> None:
         for node in (self._ball, self._label, self._spring, self._arrow, self._view_point, self._sight, self._blocked):

@@ -228,7 +228,7 @@ class DriveTab(Tab, Generic[P, T]):
         if drag.phase == "end":
             drive.release_grip(self.client)
         else:
-            drive.set_grip(self.client, drag.position, takes_hold=drag.phase == "start")
+            drive.set_grip(self.client, drag.position, takes_hold=drag.phase == "start", turns=drag.turns)
 
     def release_now(self) -> None:
         if self.drive is not None:
@@ -265,7 +265,8 @@ class DriveTab(Tab, Generic[P, T]):
         """Changes with whatever :meth:`drive_section` tells, and with the snapshots that were read before."""
         now = self.now
         told = now.state, now.words, now.mine, now.holder, now.unrecorded, now.requested, now.hand_lost
-        return self.reads, Same(now.snapshot), Same(now.prepared), *told, self.client
+        how = now.control, now.preset
+        return self.reads, Same(now.snapshot), Same(now.prepared), *told, *how, self.client
 
     def drive_section(self) -> DriveSection:
         """The drive as every world has it; see :meth:`with_hand` for what a world adds."""

@@ -17,6 +17,7 @@ TABS: list[str] = [
     "app.tabs.plan",
     "app.tabs.register",
     "app.tabs.rehearse",
+    "app.tabs.review",
 ]
 
 

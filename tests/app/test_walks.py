@@ -207,7 +207,7 @@ def test_a_drag_of_the_grip_goes_to_the_joints_and_back(
         along = path.tangent(0.0)
 
         def drag(phase: str, place: np.ndarray) -> None:
-            event = SimpleNamespace(phase=phase, end_position=place)
+            event = SimpleNamespace(phase=phase, end_position=place, modifier=None)
             asyncio.run(nodes.hand._dragged(event))  # type: ignore[arg-type]
 
         def walk() -> None:

@@ -402,6 +402,10 @@ class Planner:
     def base(self) -> str:
         return f"http://127.0.0.1:{self._port}"
 
+    @property
+    def home(self) -> Path:
+        return self._home
+
     def stop(self) -> None:
         self.process.send_signal(signal.SIGINT)
         try:

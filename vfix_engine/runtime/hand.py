@@ -31,6 +31,7 @@ class HandInput:
     """Newest state of the operator's input: grip (3) in LPS mm, its count of moves, keys, axes, buttons, their holds.
 
     axes: camera x, camera y and insertion, from -1 to +1; see ``Command``.
+    turns: a hand on the grip turns the tool about its tip, where the mode has that, and does not move it.
     master: (3) in LPS mm, sum of a master's motions so far, clutch: it is coupled, leads: count of its messages; lead:
     its hold.
     rate: a rate device's deflection (translations, then rotations) in the frame of ``Grip.axes``, from -1 to +1;
@@ -53,6 +54,7 @@ class HandInput:
     rate: Six = SIX_ZEROS
     rated_at: float = 0.0
     deflect: Hold = NOBODY
+    turns: bool = False
 
     @property
     def _holds(self) -> tuple[Hold, ...]:
@@ -147,17 +149,19 @@ class Hand:
                 self._led = self._coupling.at(now), self._master.at(now)
                 return self._rated(grip, drive, twist, now)
             return Command(np.zeros(3), 0.0, twist, self._master_now(now))
-        if grip is None:
-            force, turns = np.zeros(3), np.zeros(3)
-        else:
-            force = hand.hand.share(now) * self._coupling.force(grip.position, grip.stiffness, grip.cap, now)
-            push, turns = self._deflection(now)
-            force = force + grip.cap * (grip.axes @ push)
         stick = hand.stick.share(now)
         x, y, insert = (stick * value for value in hand.axes)
+        if grip is None:
+            axes = (x, y, insert) if stick else NO_AXES
+            return Command(np.zeros(3), drive, twist, None, axes, hand.buttons if stick else 0)
+        pull = hand.hand.share(now) * self._coupling.force(grip.position, grip.stiffness, grip.cap, now)
+        push, turns = self._deflection(now)
         if self.control.mode == FREEHAND:
-            x, y = x + turns[1], y - turns[0]
-        axes = (float(x), float(y), float(insert)) if stick or turns.any() else NO_AXES
+            if hand.turns:
+                turns, pull = turns + grip.axes.T @ _turned(grip, pull), np.zeros(3)
+            x, y = x + float(turns[1]), y - float(turns[0])
+        axes = (x, y, insert) if stick or turns.any() else NO_AXES
+        force = pull + grip.cap * (grip.axes @ push)
         return Command(force, drive, twist + float(turns[2]), None, axes, hand.buttons if stick else 0)
 
     def _master_now(self, now: float) -> Master:
@@ -174,18 +178,29 @@ class Hand:
 
     def _rated(self, grip: Grip, drive: float, twist: float, now: float) -> Command:
         """The deflection of a rate device as τ; a hand on the grip deflects it by as far as it was dragged."""
-        push, turns = self._deflection(now) if self.control.device == "rate" else (np.zeros(3), np.zeros(3))
-        tau = grip.cap * (grip.axes @ push)
-        if self.control.device == "rate":
-            dragged = self._coupling.force(self._pressed_at, grip.stiffness, grip.cap, now)
-            tau = tau + self.input.hand.share(now) * dragged
-        x, y, z = (grip.axes @ turns).tolist()
+        if self.control.device != "rate":
+            return Command(np.zeros(3), drive, twist, rate=True)
+        push, turns = self._deflection(now)
+        tau, turn = grip.cap * (grip.axes @ push), grip.axes @ turns
+        dragged = self._coupling.force(self._pressed_at, grip.stiffness, grip.cap, now)
+        dragged = self.input.hand.share(now) * dragged
+        if self.input.turns:
+            turn = turn + _turned(grip, dragged)
+        else:
+            tau = tau + dragged
+        x, y, z = turn.tolist()
         return Command(tau, drive, twist, None, (x, y, z), rate=True)
 
     def _deflection(self, now: float) -> tuple[Array, Array]:
         """Translations (3,) and rotations (3,) of a rate device."""
         six = self.input.deflect.share(now) * np.array(self.input.rate)
         return six[:3], six[3:]
+
+
+def _turned(grip: Grip, force: Array) -> Array:
+    """How a force at the grip turns the tool about its tip: (3,) about the patient's axes, 1 for the full force."""
+    lever = float(np.linalg.norm(grip.lever))
+    return np.cross(grip.lever, force) / (lever * grip.cap) if lever > 0.0 else np.zeros(3)
 
 
 _ENCODER = msgspec.msgpack.Encoder()

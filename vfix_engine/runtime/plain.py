@@ -81,7 +81,7 @@ def _class_of(name: str) -> Any:
 def _made(kind: Any, values: dict[str, Any]) -> Any:
     """Create the record with exactly these values, without its constructor, which might normalise them again.
 
-    A record of an earlier version lacks what was added since, which then has its default.
+    A field that came after the record was written has its default, which leaves a drive as it was without the field.
     """
     if hasattr(kind, "_fields"):
         return kind(**values)

@@ -153,13 +153,16 @@ class ControlProcess(Generic[T]):
         """Whether the control process runs and has not been closed."""
         return not self._closed and self._process.is_alive()
 
-    def set_grip(self, position: ArrayLike) -> None:
-        """Move the grip to (3,) in LPS mm; also a heartbeat. Implausible positions are ignored."""
+    def set_grip(self, position: ArrayLike, turns: bool = False) -> None:
+        """Move the grip to (3,) in LPS mm; also a heartbeat. Implausible positions are ignored.
+
+        turns: the hand turns the tool about its tip, in a free hand and with a rate device.
+        """
         grip = np.asarray(position, dtype=float)
         if grip.shape != (3,) or not (np.abs(grip) <= FARTHEST_MM).all():
             return
         place = (float(grip[0]), float(grip[1]), float(grip[2]))
-        self._put(lambda i, now: replace(i, grip=place, moves=i.moves + 1, hand=i.hand.press(now)))
+        self._put(lambda i, now: replace(i, grip=place, moves=i.moves + 1, turns=turns, hand=i.hand.press(now)))
 
     def heartbeat(self) -> None:
         """Confirm that the button or key is still down; after 100 ms without this the hand must press again."""

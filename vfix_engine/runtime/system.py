@@ -21,6 +21,8 @@ from .snapshot import Snapshot
 
 UPRIGHT = np.eye(3)
 UPRIGHT.setflags(write=False)
+NO_LEVER = np.zeros(3)
+NO_LEVER.setflags(write=False)
 
 S = TypeVar("S")
 A = TypeVar("A", contravariant=True)  # what a certificate knows of the state
@@ -42,13 +44,14 @@ class Grip(NamedTuple):
 
     position: (3,) in LPS mm; stiffness in N/mm; cap: largest force in N.
     axes: (3, 3) of a device that is pushed and turned, as columns in the patient frame: right and down in the picture
-        and into it, or the axes of the robot's base.
+        and into it, or the axes of the robot's base. lever: (3,) in mm from the tip to the grip.
     """
 
     position: Array
     stiffness: float
     cap: float
     axes: Array = UPRIGHT
+    lever: Array = NO_LEVER
 
 
 @dataclass(frozen=True)

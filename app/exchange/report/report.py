@@ -11,7 +11,7 @@ from app.cases.service import CaseService
 from app.exchange.report.cut import PLANES, Outlined, Shown, cut_picture
 from app.exchange.report.page import Figure, Picture, ReportPage, TableRow
 from app.exchange.report.plot import clearance_plot
-from app.kit.values import Position
+from app.kit.values import Position, rounded_up
 from app.planning.dry_runs import DryRunJobs
 from app.planning.evaluation import Planning
 from app.planning.obstacles import Obstacle
@@ -185,7 +185,7 @@ def _target_rows(plan: Plan, chosen: PathEvaluation, evaluation: PlanEvaluation 
         off = registered.off_mm(np.array([target.position for target in plan.content.targets]))
     for index, target in enumerate(plan.content.targets):
         place = " ".join(_side(value, axis) for axis, value in enumerate(target.position))
-        error = "–" if off is None else f"{off[index]:.2f} mm"
+        error = "–" if off is None else f"{rounded_up(off[index]):.2f} mm"
         cone = (
             "–" if target.id not in cones else f"a cone of {cones[target.id]:.0f}°" if cones[target.id] else "nowhere"
         )

@@ -76,10 +76,12 @@ class _ProtobufWriter:
     """Messages by topic; a channel has its schema with all that it imports."""
 
     def __init__(self, file: Any) -> None:
-        self._writer = Writer(file)
+        self._writer: Any = Writer(file)  # a library without types
         self._writer.start(profile="", library="vfix")
         self._channels: dict[str, int] = {}
-        self.finish = self._writer.finish
+
+    def finish(self) -> None:
+        self._writer.finish()
 
     def tell(self, values: dict[str, str]) -> None:
         self._writer.add_metadata("vfix", values)

@@ -13,7 +13,7 @@ from vfix_engine.runtime.run import Run
 
 
 def write_parquet(run: Run, run_id: str | None, path: Path) -> None:
-    """Write a float64 column for each of the table, with its unit; the metadata have notice, frame and versions."""
+    """Write the table in float64, with units; metadata of the schema are notice, frame and versions."""
     table = table_of(run)
     fields = [
         pa.field(heading, pa.float64(), nullable=False, metadata={"unit": column.unit})

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from app.kit.kept import Same
-from app.kit.values import Position
+from app.kit.values import Position, rounded_up
 from app.planning.piercing import Pierced
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.verdict_figures import VerdictFigure, verdict_figures
@@ -42,7 +42,7 @@ def verdict_view(evaluation: PlanEvaluation) -> VerdictView:
         "exact_to_mm": round(evaluation.run.exact_to_mm, 3),
         "tissue_mm": None if tissue is None else np.round(tissue.length, 1).tolist(),
         "tissue_depth_mm": None if tissue is None else np.round(tissue.depth, 2).tolist(),
-        "registration_mm": None if profile.off_mm is None else np.round(profile.off_mm, 3).tolist(),
+        "registration_mm": None if profile.off_mm is None else [rounded_up(off) for off in profile.off_mm.tolist()],
         "sideways_mm": verdict.pierced.at(profile.s),
     }
     figures = verdict_figures(evaluation)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -272,9 +273,7 @@ class EditedPlan:
         """The spline as it would be with the ghost in it; None where it is no path point."""
         if self.ghost is None or self.ghost.kind != "point":
             return None
-        points = self.points()
-        known = [point.id for point in self.plan.content.points]
-        at = known.index(self.insert_after) + 1 if self.insert_after in known else len(points)
+        points, at = self.points(), self._index_of(self.ghost)
         return _spline((*points[:at], self.ghost.position, *points[at:]))
 
     def confirm(self) -> None:
@@ -284,13 +283,28 @@ class EditedPlan:
         if ghost.kind == "target":
             self.perform(AddTarget(position=ghost.position))
             return
-        known = [point.id for point in self.plan.content.points]
-        index = known.index(self.insert_after) + 1 if self.insert_after in known else None
-        side = "" if known else self._side_at(self, ghost.position)
+        index = self._index_of(ghost)
+        side = "" if self.plan.content.points else self._side_at(self, ghost.position)
         self.perform(
             EnterAt(position=ghost.position, side=side) if side else AddPoint(position=ghost.position, index=index)
         )
         self.insert_after = None
+
+    def _index_of(self, ghost: Ghost) -> int:
+        """Where a point goes among those of the path: after the one that was named, at the end where it is a target's
+        place, else where it lengthens the path least; never before the entry.
+        """
+        known = [point.id for point in self.plan.content.points]
+        if self.insert_after in known:
+            return known.index(self.insert_after) + 1
+        points, place = self.points(), ghost.position
+        longer = [
+            math.dist(before, place) + math.dist(place, after) - math.dist(before, after)
+            for before, after in pairwise(points)
+        ]
+        if not longer or self._at(place, "target") is not None or min(longer) >= math.dist(points[-1], place):
+            return len(points)
+        return longer.index(min(longer)) + 1
 
     def cancel(self) -> None:
         self.ghost = None

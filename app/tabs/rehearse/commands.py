@@ -40,12 +40,13 @@ class SetOptions(ClientMessage):
 
 class SetControl(ClientMessage):
     """Another control mode: at once among hands-on and teleoperated; to or from freehand the drive ends, and the next
-    one stands at the entry. device: of a teleoperated drive.
+    one stands at the entry. device: of a teleoperated drive. preset: a paper's parameters, from the next entry on.
     """
 
     type: Literal["rehearsal.control"]
     mode: ControlMode
     device: Device = "position"
+    preset: Literal["li2004", "li2007"] | None = None
 
 
 class SetErrors(ClientMessage):

@@ -10,10 +10,10 @@ import numpy as np
 from app.planning.piercing import short_way
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.verdict import NOSTRIL_MM
+from app.tabs.rehearse.tool_snapshot import ToolSnapshot
 from vfix_engine.anatomy.piercing import PiercingWatch, Ways
 from vfix_engine.proximity.fields.distance_field import DistanceField
 from vfix_engine.proximity.fields.tool_depth import tool_depth
-from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 FELT_N = 0.05  # a force on the grip that is mentioned
 
@@ -75,7 +75,7 @@ class DriveFigures:
         self._watch: PiercingWatch | None = None
         self.held_last = ""  # the constraint that stopped the last push, until the tool moves freely again
 
-    def take(self, snapshot: RigidSnapshot | None, planned: DryRunFigures | None) -> None:
+    def take(self, snapshot: ToolSnapshot | None, planned: DryRunFigures | None) -> None:
         """Read a snapshot of a drive; another robot, or one at its entry again, starts new figures."""
         if planned is not self._planned or snapshot is None or snapshot.steps < self._steps:
             self._planned = planned
@@ -92,7 +92,7 @@ class DriveFigures:
         elif float(np.linalg.norm(snapshot.force)) > FELT_N:
             self.held_last = ""
 
-    def _measure(self, snapshot: RigidSnapshot) -> None:
+    def _measure(self, snapshot: ToolSnapshot) -> None:
         """Measure the depth of the tool in soft tissue."""
         if self._planned is None or self._planned.tissue is None:
             return
@@ -111,6 +111,8 @@ class DriveFigures:
             return ""
         planned, (least, capped) = self._planned, self._least
         bone = f"bone {'at least ' if capped else ''}{least:.2f} mm away"
+        if least < 0.0:  # of a free hand
+            bone = f"{-least:.2f} mm in bone"
         tissue = "" if self._depth_mm is None else f", {self._depth_mm:.1f} mm deep in soft tissue"
         driven = f"Nearest while driven: {bone}{tissue}{self._round_words}."
         if planned is None:

@@ -23,17 +23,18 @@ class DriveNodes:
         self.hand = HandNodes(view.scene, view.labels, view.events.grip_dragged)
 
     def show(
-        self, link_placements: Array, tool: tuple[Array, Array, Array], grip: Array, force: Array, mine: bool
+        self, link_placements: Array | None, tool: tuple[Array, Array, Array], grip: Array, force: Array, mine: bool
     ) -> None:
         """Draw a state of the drive.
 
-        link_placements (n, 4, 4): from links to the patient, mm. tool: starts, ends (S, 3) and radii (S,) of its
-        capsules, LPS mm. grip (3,): LPS mm. force (3,): N. mine: this client controls the drive, so that its grip can
-        be dragged.
+        link_placements (n, 4, 4): from links to the patient, mm; None without a robot. tool: starts, ends (S, 3) and
+        radii (S,) of its capsules, LPS mm. grip (3,): LPS mm. force (3,): N. mine: this client controls the drive, so
+        that its grip can be dragged.
         """
         with self._view.atomic():
-            self._robot.place(link_placements)
-            self._floor.place(link_placements[0])
+            if link_placements is not None:
+                self._robot.place(link_placements)
+                self._floor.place(link_placements[0])
             self._tool.place(*tool)
             self.hand.show(grip, force, mine)
         self._view.flush()

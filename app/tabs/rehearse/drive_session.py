@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import logging
+from functools import partial
 
-from app.drives.drive_record import DriveRecord
+from app.drives.drive_record import HAND, DriveRecord
 from app.drives.shared_drive import SharedDrive
 from app.drives.shared_drives import DriveKey, SharedDrives
 from app.kit.errors import PlanLocked
@@ -16,19 +17,20 @@ from app.plans.service import Plan
 from app.tabs.drive_tab import DriveTab
 from app.tabs.rehearse.drive_figures import DriveFigures
 from app.tabs.rehearse.preparation import PlanKey, PreparedRehearsal, plan_key, prepare
+from app.tabs.rehearse.tool_snapshot import ToolSnapshot
 from app.workspace.workspace import Workspace
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import PlanError, VfixError
-from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
+from vfix_engine.runtime.control_mode import FREEHAND
 
 _LOG = logging.getLogger(__name__)
 
-RehearsalRecord = DriveRecord[PreparedRehearsal, RigidSnapshot]
-RehearsalDrive = SharedDrive[PreparedRehearsal, RigidSnapshot]
-RehearsalDrives = SharedDrives[PreparedRehearsal, RigidSnapshot]
+RehearsalRecord = DriveRecord[PreparedRehearsal, ToolSnapshot]
+RehearsalDrive = SharedDrive[PreparedRehearsal, ToolSnapshot]
+RehearsalDrives = SharedDrives[PreparedRehearsal, ToolSnapshot]
 
 
-class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
+class RehearsalSession(DriveTab[PreparedRehearsal, ToolSnapshot]):
     """A tab that drives the open plan. Owned by the session's thread; others read :attr:`drive` alone."""
 
     def __init__(self, workspace: Workspace, shared: RehearsalDrives) -> None:
@@ -54,6 +56,11 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
         """The options of the next start or reset."""
         return NO_OPTIONS if self._plan_id is None else self._services.rehearsal_options.of(self._plan_id)
 
+    @property
+    def in_force(self) -> RehearsalOptions:
+        """The options that the next start has; nothing holds a tool in a free hand."""
+        return NO_OPTIONS if self.now.control.mode == FREEHAND else self.wanted.in_force
+
     # -- which drive
 
     def _plan_opened(self) -> None:
@@ -75,11 +82,11 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
 
     def open(self, drive: RehearsalDrive, words: str = "Placing the robot at the entry …") -> None:
         """Place the robot for the present plan and options."""
-        plan, options = self.need_plan(), self.wanted.in_force
+        plan, options, control, preset = self.need_plan(), self.in_force, drive.control, drive.preset
         if len(plan.content.points) < 2:
             raise PlanError("a rehearsal needs a path of two points at least.")
         executor = self.workspace.executor
-        drive.open(self._key(plan), lambda: prepare(self._services, plan, options), executor, words)
+        drive.open(self._key(plan), partial(prepare, self._services, plan, options, control, preset), executor, words)
 
     def need_plan(self) -> Plan:
         """The open plan. Raises PlanError where there is none."""
@@ -144,7 +151,8 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
         stored = self._services.store.changes.of(self._services.registrations.kind.name)
         of = (plan.id, plan.content.registration, stored)
         registered = self._registered.get(of, lambda: self._services.planning.registration_key(plan))
-        return self._keys.get((Same(plan), registered), lambda: plan_key(plan, registered))
+        how = (HAND, None) if self.drive is None else (self.drive.control, self.drive.preset)
+        return self._keys.get((Same(plan), registered, *how), lambda: plan_key(plan, registered, *how))
 
     def give_up(self) -> None:
         """Pause the robot, release the handle, and store the settings that took effect in the plan."""

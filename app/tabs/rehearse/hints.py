@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from vfix_engine.runtime.control_mode import FREEHAND, HANDS_ON, ControlMode
+
 
 def rehearse_hint(
     points: int,
@@ -14,14 +16,17 @@ def rehearse_hint(
     changed: bool,
     doubtful: bool = False,
     blocked: str = "",
+    control: ControlMode = HANDS_ON,
 ) -> str:
     """free: no client holds the handle. changed: the plan differs from the driven one. targets: of the driven one.
 
     blocked: why the robot is not driven with the registration by which it was placed, '' where it is.
-    mode, phase: of the newest snapshot. doubtful: the verdict of the path is not that it fits.
+    control: control mode. mode, phase: of the newest snapshot. doubtful: the verdict of the path is not that it fits.
     """
     if points < 2:
         return "The path needs two points. Go to Plan."
+    if control == FREEHAND and (words := _freehand_hint(state, mine, free)):
+        return words
     if state == "absent":
         return "Press Start: the robot is placed at the entry."
     if state == "failed":
@@ -53,3 +58,16 @@ def rehearse_hint(
     if phase == "done" and targets:
         return "At the end of the path. Choose Inspect to see a target."
     return "Hold ↑ or W forwards, ↓ or S back, or drag the sphere."
+
+
+def _freehand_hint(state: str, mine: bool, free: bool) -> str:
+    """The hint of a tool in a free hand; '' where it is that of any drive."""
+    if state in ("absent", "starting"):
+        return "Press Start: the tool is put at the entry, in your hand."
+    if free or not mine:
+        return ""
+    if state == "ready":
+        return "At the entry. Press Start. Nothing will keep the tool off bone."
+    if state == "running":
+        return "Drag the sphere to move the tool, with Shift to turn it."
+    return ""

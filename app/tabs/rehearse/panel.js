@@ -8,6 +8,7 @@ import { NearnessGauge } from "/static/js/nearness.js";
 import { say } from "/static/js/said.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
 import { DeviceMenu } from "./device-menu.js";
+import { EndCard } from "./end-card.js";
 import { preselected } from "./preselected.js";
 import { RehearsalStatus } from "./status.js";
 import { OptionsGroup } from "./options.js";
@@ -77,7 +78,8 @@ export default class RehearsePanel {
     this.registration = new UsedRegistration("driven-registration", true);
     this.tissueWords = h("p", { class: "words", hidden: true });
     this.unrecorded = h("p", { class: "words caution", id: "unrecorded", role: "status", hidden: true });
-    this.element = h("div", {},
+    this.endCard = new EndCard(connection);
+    this.element = h("div", {}, this.endCard.element,
       group("Robot", null, this.words, this.unrecorded, this.registration.element, this.tissueWords, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
       group("Handle", null, this.leaseWords, this.leaseButton),
       group("Motion", null, this.modes, this.target, this.modeWords,
@@ -96,6 +98,7 @@ export default class RehearsePanel {
     const targets = (state.driven ?? state.plan)?.targets ?? []; // those of the robot that is there
     this.changedTargets([targets], () => this.renderTargets(targets));
     this.preselect(state, targets);
+    this.endCard.update(state);
     this.registration.update(state);
     const live = isLive(rehearsal);
     const adjustable = live && Boolean(rehearsal.mine);

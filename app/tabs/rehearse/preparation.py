@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from app.cases.service import Case
 from app.cases.settings import settings_in_case
+from app.drives.drive_record import HAND
 from app.drives.prepared_drive import PreparedDrive
 from app.drives.runs import Measure
 from app.kit.jobs import Progress
@@ -26,14 +27,17 @@ from app.plans.service import Plan
 from app.services import Services
 from app.tabs.rehearse.drive_figures import DryRunFigures
 from app.tabs.rehearse.refusal import refuse_where_centre_stops, refuse_where_tissue_stops
+from app.tabs.rehearse.tool_snapshot import ToolSnapshot
 from app.workspace.plan_items import curve_points, plan_items
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.proximity.proximity import Proximity
 from vfix_engine.robots import PlacedRobot
+from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.virtual_fixtures import SoftRegion, SoftZone, Zone
-from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
+from vfix_engine.worlds.freehand.spec import FreehandSpec, of_free_hand
+from vfix_engine.worlds.rigid.presets import PRESETS
 from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
 
 if TYPE_CHECKING:
@@ -41,19 +45,19 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class PreparedRehearsal(PreparedDrive[RigidSnapshot]):
+class PreparedRehearsal(PreparedDrive[ToolSnapshot]):
     """The rehearsal of a plan, ready to be handed to a control process.
 
-    robot: placed. items: points and targets of the plan from which it was made; curve: positions (n, 3) along its path,
-    LPS [mm]. options: source of its standing fixtures. planned: figures of its dry run, None where it is not
-    known. made_of: the plan's key, with its registration as read for it; None where that was not read.
-    protected: the plan's protected structures, the hard ones first. tree: of the bone that is driven in; None where it
-    is not measured.
+    robot: placed; None in a free hand. items: points and targets of the plan from which it was made; curve: positions
+    (n, 3) along its path, LPS [mm]. options: source of its standing fixtures. planned: figures of its dry run, None
+    where it is not known. made_of: the plan's key, with its registration as read for it; None where that was not read.
+    protected: the plan's protected structures, the hard ones first. tree: of the bone that is driven in;
+    None where it is not measured.
     """
 
-    spec: RigidSpec
+    spec: RigidSpec | FreehandSpec
     settings: ControlSettings
-    robot: PlacedRobot
+    robot: PlacedRobot | None
     items: tuple[PlanItem, ...] = ()
     curve: npt.NDArray[np.float64] | None = None
     options: RehearsalOptions = NO_OPTIONS
@@ -62,9 +66,11 @@ class PreparedRehearsal(PreparedDrive[RigidSnapshot]):
     protected: tuple[Zone | SoftZone | SoftRegion, ...] = ()
     tree: Proximity | None = None
 
-    def refusal(self, asked: ControlSettings, in_force: ControlSettings, snapshot: RigidSnapshot | None) -> str:
+    def refusal(self, asked: ControlSettings, in_force: ControlSettings, snapshot: ToolSnapshot | None) -> str:
         """A margin that exceeds the tool's clearance at its pose."""
-        if snapshot is None or not snapshot.clearance_mm < asked.margin_mm > in_force.margin_mm:
+        if snapshot is None or not snapshot.certified:
+            return ""
+        if not snapshot.clearance_mm < asked.margin_mm > in_force.margin_mm:
             return ""
         return f"the tool is {snapshot.clearance_mm:.2f} mm from bone here. Draw it back first."
 
@@ -77,25 +83,39 @@ class PreparedRehearsal(PreparedDrive[RigidSnapshot]):
 
 
 class PlanKey(NamedTuple):
-    """The inputs of a rehearsal; another key needs another placement. registered: key of the plan's registration."""
+    """The inputs of a rehearsal; another key needs another placement. registered: key of the plan's registration.
+
+    freehand, preset: how it is driven, where that needs another process.
+    """
 
     plan_id: str
     case_hash: str
     parts: str
     targets: tuple[tuple[str, Position], ...]
     registered: str
+    freehand: bool = False
+    preset: str | None = None
 
 
-def plan_key(plan: Plan, registered: str = "") -> PlanKey:
+def plan_key(plan: Plan, registered: str = "", control: Control = HAND, preset: str | None = None) -> PlanKey:
     """The key of the present plan."""
     targets = tuple((target.id, target.position) for target in plan.content.targets)
-    return PlanKey(plan.id, plan.case_hash, repr(drive_parts(plan.content)), targets, registered)
+    driven = control.mode == FREEHAND, preset
+    return PlanKey(plan.id, plan.case_hash, repr(drive_parts(plan.content)), targets, registered, *driven)
 
 
-def prepare(services: Services, plan: Plan, options: RehearsalOptions = NO_OPTIONS) -> PreparedRehearsal:
+def prepare(
+    services: Services,
+    plan: Plan,
+    options: RehearsalOptions = NO_OPTIONS,
+    control: Control = HAND,
+    preset: str | None = None,
+) -> PreparedRehearsal:
     """Scene and settings of a plan; placement and standing fixtures are those of its dry run with these options.
 
     The dry run is a job, which can be cancelled, and is shared by all requests for the same.
+    In a free hand the tool stands as in the dry run, without a robot and with nothing that holds it.
+    preset: a paper's name, see ``PRESETS``.
 
     Raises VfixError with the reason when the tool does not fit at the entry, or the remote centre or the soft
     tissue stops it on the way.
@@ -105,17 +125,24 @@ def prepare(services: Services, plan: Plan, options: RehearsalOptions = NO_OPTIO
     found = services.dry_runs.evaluate(plan, options)  # the same poses whose clearance colours the path
     refuse_where_centre_stops(services, plan, options, found)
     refuse_where_tissue_stops(services, plan, options, found)
-    scene = _scene(services, plan, case, found)
+    scene, freehand = _scene(services, plan, case, found), control.mode == FREEHAND
+    if freehand:
+        settings = of_free_hand(settings)
+    elif preset is not None:  # the papers have no soft zones
+        scene = replace(PRESETS[preset].in_spec(scene), fixtures=found.standing.fixtures)
+        settings = PRESETS[preset].in_settings(settings)
     tissue = None if found.profile.tissue is None else services.distance_fields.of_plan(plan).tissue
     measure_by = partial(_sideways, services, plan)
     recording, unrecorded = services.recordings.attempt(plan.case_id, plan.id, plan.name, measure_by)
     return PreparedRehearsal(
-        spec=RigidSpec(scene, settings),
+        spec=FreehandSpec(scene, settings) if freehand else RigidSpec(scene, settings),
         settings=settings,
         recording=recording,
         unrecorded=unrecorded,
-        made_of=plan_key(plan, registered_key(found.registered)),
-        robot=scene.robot_model().placed(np.asarray(scene.base)),
+        made_of=plan_key(plan, registered_key(found.registered), control, preset),
+        control=control,
+        preset=None if freehand else preset,
+        robot=None if freehand else scene.robot_model().placed(np.asarray(scene.base)),
         items=tuple(plan_items(plan)),
         curve=curve_points(SplinePath(np.asarray(scene.path_points))),
         options=options,

@@ -7,6 +7,7 @@ from typing import Literal, NotRequired, TypedDict
 from app.drives.sections import DetailsSection, DriveMotion, DriveSection
 from app.messages.sections import Position
 from app.workspace.sections import CurveSection, ItemsSection
+from vfix_engine.runtime.control_mode import ControlMode, Device
 
 
 class MotionView(DriveMotion, total=False):
@@ -30,9 +31,33 @@ class MotionView(DriveMotion, total=False):
     virtual_point: Position
 
 
-class RehearsalSection(MotionView, DriveSection):
-    """The rehearsal of a plan: the drive, and the fields of the rigid tool."""
+class ControlView(TypedDict):
+    """How the tool is driven, or will be: control mode, device of a teleoperated drive, and preset, None for none.
 
+    certified: every motion is certified before it is made; never in a free hand.
+    """
+
+    mode: ControlMode
+    device: Device
+    preset: str | None
+    certified: bool
+
+
+class ContactView(TypedDict):
+    """Contacts of a part of a tool in a free hand so far, the deepest, and its depth now; lengths in mm."""
+
+    structure: str
+    part: str
+    count: int
+    max_depth_mm: float | None
+    depth_mm: float | None
+
+
+class RehearsalSection(MotionView, DriveSection):
+    """The rehearsal of a plan: the drive, and the fields of the tool. contacts: in a free hand, the deepest first."""
+
+    control: ControlView
+    contacts: NotRequired[list[ContactView]]
     plan_changed: NotRequired[bool]
     target_id: NotRequired[str | None]
 

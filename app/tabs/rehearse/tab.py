@@ -20,6 +20,7 @@ from app.tabs.rehearse.drive_session import RehearsalDrive, RehearsalDrives, Reh
 from app.tabs.rehearse.hints import rehearse_hint
 from app.tabs.rehearse.options import CentrePlaces, options_section, place_of
 from app.tabs.rehearse.sections import NearnessView, OptionsSection, RehearsalSection
+from app.tabs.rehearse.tool_snapshot import ToolSnapshot
 from app.tabs.rehearse.truth import LiveTruth, known_error
 from app.tabs.rehearse.view import details_section, nearness_section, rehearsal_section, settings_section, tool_section
 from app.workspace.layers import Layer
@@ -28,8 +29,9 @@ from app.workspace.workspace import Workspace
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, PlanError
 from vfix_engine.robots import PlacedRobot
+from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.requests import SetTask
-from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
+from vfix_engine.worlds.freehand.snapshot import FreehandSnapshot
 
 
 class RehearseTab(RehearsalSession):
@@ -41,7 +43,7 @@ class RehearseTab(RehearsalSession):
     def __init__(self, workspace: Workspace, shared: RehearsalDrives) -> None:
         super().__init__(workspace, shared)
         self._centre = CentrePlaces(workspace.services, workspace.executor, workspace.post)
-        self._told_of: RigidSnapshot | None = None  # the pose that others were told last
+        self._told_of: ToolSnapshot | None = None  # the pose that others were told last
         self.truth = LiveTruth()
         self._told = NO_OPTIONS  # the options as they were when everything was published last
 
@@ -66,6 +68,8 @@ class RehearseTab(RehearsalSession):
             self._set_options(command)
         elif isinstance(command, c.SetMode):
             self._set_mode(command)
+        elif isinstance(command, c.SetControl):
+            self._set_control(command)
         elif isinstance(command, c.SetErrors):
             self.truth.choose(command)
         else:
@@ -94,6 +98,23 @@ class RehearseTab(RehearsalSession):
             index = 0 if target is None else self.now.prepared.target_index(target)
             drive.apply(self.client, SetTask(command.mode, index))
 
+    def _set_control(self, command: c.SetControl) -> None:
+        """Another control mode: at once where the same process has it, else the drive ends and another one stands at
+        the entry.
+        """
+        drive, now = self.need_drive(), self.read()
+        if not (now.may_instruct if now.state == "ready" else now.may_prepare):
+            raise ControlError(NOT_HELD)
+        before, control = (drive.control.mode == FREEHAND, drive.preset), Control(command.mode, command.device)
+        drive.choose(control, command.preset)
+        if before != (control.mode == FREEHAND, command.preset):
+            if now.state != "absent":
+                self._run_when_ready = False
+                self.open(drive)
+        elif now.state == "ready" and control.mode != FREEHAND:
+            drive.change_control(self.client, control)
+        self.read()
+
     def start(self, drive: RehearsalDrive) -> None:
         """Never by a registration that is not the plan's any more: at the entry the robot is placed anew, else it
         stays there. What stands at the entry with other options is placed anew, too.
@@ -119,7 +140,7 @@ class RehearseTab(RehearsalSession):
 
     def _has_wanted(self, now: RehearsalRecord) -> bool:
         """Whether what stands here has the options as they are wanted."""
-        return now.prepared is not None and now.prepared.options == self.wanted.in_force
+        return now.prepared is not None and now.prepared.options == self.in_force
 
     # -- each tick
 
@@ -140,8 +161,11 @@ class RehearseTab(RehearsalSession):
         """Say where the tool is, for those who are connected to the planner; the client that drives says it."""
         if now.mine and now.snapshot is not None and now.prepared is not None and now.snapshot is not self._told_of:
             self._told_of = now.snapshot
-            pose = np.eye(4)
-            pose[:3, :3], pose[:3, 3] = now.prepared.robot.tip_pose(now.snapshot.q)
+            pose, robot, snapshot = np.eye(4), now.prepared.robot, now.snapshot
+            if isinstance(snapshot, FreehandSnapshot):
+                pose[:3, :3], pose[:3, 3] = snapshot.rotation, snapshot.tip
+            elif robot is not None:
+                pose[:3, :3], pose[:3, 3] = robot.tip_pose(snapshot.q)
             self._services.live.show_tool(pose)
 
     def run_when_ready(self, drive: RehearsalDrive) -> None:
@@ -169,7 +193,9 @@ class RehearseTab(RehearsalSession):
             doubtful = now.prepared.planned.doubtful
         blocked = self._withdrawn(now) if self._changed else ""
         state, changed = now.shown_state, self._changed
-        return rehearse_hint(points, state, now.mine, free, mode, phase, targets, changed, doubtful, blocked)
+        return rehearse_hint(
+            points, state, now.mine, free, mode, phase, targets, changed, doubtful, blocked, now.control.mode
+        )
 
     def _other_margin(self, now: RehearsalRecord) -> bool:
         """Whether the margin was changed since the drive was prepared."""
@@ -191,7 +217,8 @@ class RehearseTab(RehearsalSession):
     def sections(self) -> Sections:
         """The :class:`RehearsalSections`."""
         now, driven, snapshot = self.now, self.driven, self.now.snapshot
-        settings = _settings(now), now.answered, now.refusal, self._uncertainty
+        certified = now.control.mode != FREEHAND
+        settings = _settings(now), now.answered, now.refusal, self._uncertainty, certified
         sections: dict[str, Section[object]] = {
             "rehearsal": Section((*self.drive_key(), self._changed), lambda: self._rehearsal(now)),
             "driven": Section(Same(driven), lambda: None if driven is None else entries(driven.items)),
@@ -213,7 +240,8 @@ class RehearseTab(RehearsalSession):
         return section
 
     def _nearness(self, now: RehearsalRecord) -> Section[list[NearnessView]]:
-        snapshot, margin = now.snapshot, _settings(now).kept_mm
+        snapshot = now.snapshot
+        margin = 0.0 if now.control.mode == FREEHAND else _settings(now).kept_mm
         zones = () if now.prepared is None else now.prepared.protected
         return Section((Same(snapshot), Same(zones), margin), lambda: nearness_section(snapshot, zones, margin))
 
@@ -250,17 +278,21 @@ class RehearseTab(RehearsalSession):
             layers.append(Layer("rehearse.centre", key, CentreNodes, show))
         return layers
 
-    def _robot_layer(self, now: RigidSnapshot, robot: PlacedRobot, mine: bool) -> Layer[DriveNodes]:
+    def _robot_layer(self, now: ToolSnapshot, robot: PlacedRobot | None, mine: bool) -> Layer[DriveNodes]:
+        """The tool and the robot, which a free hand does not have."""
         hand = self._hand
         key = (now.t, now.steps, now.mode, now.running, mine, tuple(now.force), hand)
 
         def show(nodes: DriveNodes) -> None:
             tool = (now.segments_start, now.segments_end, now.radius)
-            nodes.show(robot.link_placements(now.q), tool, now.grip, now.force, mine)
+            links = None if robot is None else robot.link_placements(now.q)
+            nodes.show(links, tool, now.grip, now.force, mine)
             nodes.hand.show_sight(now.tip, now.virtual_point if now.mode == "inspect" else None)
-            nodes.hand.show_blocked(now.blocking_point if now.held or now.slowed else None)
+            blocked = None if isinstance(now, FreehandSnapshot) or not (now.held or now.slowed) else now.blocking_point
+            nodes.hand.show_blocked(blocked)
 
-        return Layer("rehearse.drive", key, lambda view: DriveNodes(view, robot.robot.visuals), show, Same(robot))
+        visuals = () if robot is None else robot.robot.visuals
+        return Layer("rehearse.drive", key, lambda view: DriveNodes(view, visuals), show, Same(robot))
 
 
 def _settings(now: RehearsalRecord) -> ControlSettings:

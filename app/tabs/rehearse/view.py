@@ -13,13 +13,23 @@ from app.drives.view import drive_section, number, place
 from app.planning.nearness import REACH_MM, Nearness, nearness
 from app.tabs.rehearse.drive_figures import FELT_N, DriveFigures
 from app.tabs.rehearse.drive_session import RehearsalRecord
-from app.tabs.rehearse.sections import MotionView, NearnessView, RehearsalSection, SettingsSection, ToolSection
+from app.tabs.rehearse.sections import (
+    ContactView,
+    ControlView,
+    MotionView,
+    NearnessView,
+    RehearsalSection,
+    SettingsSection,
+    ToolSection,
+)
+from app.tabs.rehearse.tool_snapshot import ToolSnapshot
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.control import ControlSettings
+from vfix_engine.runtime.control_mode import FREEHAND
 from vfix_engine.runtime.requests import SetTask
 from vfix_engine.virtual_fixtures import SoftRegion, SoftZone, Zone
+from vfix_engine.worlds.freehand.snapshot import Contact, FreehandSnapshot
 from vfix_engine.worlds.rigid.dry_run import TIGHT_MM
-from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 # Settings with a slider on the page; the others come from the plan.
 SHOWN_SETTINGS = {
@@ -43,11 +53,11 @@ _STANDS = "The pull points where the tool does not go in this mode"
 
 
 def rehearsal_section(
-    now: RehearsalRecord, before: RigidSnapshot | None = None, so_far: DriveFigures | None = None
+    now: RehearsalRecord, before: ToolSnapshot | None = None, so_far: DriveFigures | None = None
 ) -> RehearsalSection:
     """Lengths in mm, force in N; numbers that do not exist are null. before: the snapshot shown before this one."""
     snapshot, state = now.snapshot, now.shown_state
-    base = cast(RehearsalSection, {**drive_section(now), "target_id": _target_id(now)})
+    base = cast(RehearsalSection, {**drive_section(now), "target_id": _target_id(now), "control": control_view(now)})
     if snapshot is None or state not in ("ready", "running", "paused"):
         return base
     motion: MotionView = {
@@ -61,7 +71,7 @@ def rehearsal_section(
         "tip_error_mm": number(snapshot.tip_error_mm, 4),
         "clearance_mm": number(snapshot.clearance_mm, 3),
         "clearance_capped": bool(snapshot.clearance_mm >= snapshot.threshold_mm),
-        "margin_mm": number(snapshot.margin_mm, 3),
+        "margin_mm": None if isinstance(snapshot, FreehandSnapshot) else number(snapshot.margin_mm, 3),
         "progress_mm": number(snapshot.progress_mm, 2),
         "length_mm": number(snapshot.length_mm, 2),
         "target_error_mm": number(snapshot.target_error_mm, 4),
@@ -70,15 +80,37 @@ def rehearsal_section(
         "grip": place(snapshot.grip),
         "virtual_point": place(snapshot.virtual_point),
     }
+    if isinstance(snapshot, FreehandSnapshot):
+        deepest = sorted(snapshot.contacts, key=lambda one: (-one.depth_mm, -one.max_depth_mm))
+        return {**base, **motion, "contacts": [_contact(one) for one in deepest]}
     return {**base, **motion}
 
 
-def holding_words(snapshot: RigidSnapshot, before: RigidSnapshot | None, held_last: str = "") -> str:
+def control_view(now: RehearsalRecord) -> ControlView:
+    """How the tool is driven, or will be."""
+    control = now.control
+    return {
+        "mode": control.mode,
+        "device": control.device,
+        "preset": now.preset,
+        "certified": control.mode != FREEHAND and (now.snapshot is None or now.snapshot.certified),
+    }
+
+
+def _contact(one: Contact) -> ContactView:
+    depths = {"max_depth_mm": number(one.max_depth_mm, 2), "depth_mm": number(one.depth_mm, 2)}
+    return cast(ContactView, {"structure": one.structure, "part": one.part, "count": one.count, **depths})
+
+
+def holding_words(snapshot: ToolSnapshot, before: ToolSnapshot | None, held_last: str = "") -> str:
     """The active constraints as a sentence; a tool at rest under a force is not free to move.
 
     A constraint that acts without slowing the tool, such as bone that it slides along, is named as well.
-    held_last: the constraint that stopped the last push, which is still shown after a release.
+    held_last: the constraint that stopped the last push, which is still shown after a release. In a free hand it is
+    what the tool touches.
     """
+    if isinstance(snapshot, FreehandSnapshot):
+        return f"Touches: {snapshot.reason}" if snapshot.reason else "Nothing touched; nothing holds the tool"
     if snapshot.reason or snapshot.held:
         return snapshot.reason or "held"
     if held_last and float(np.linalg.norm(snapshot.force)) <= FELT_N:
@@ -101,14 +133,14 @@ def _target_id(now: RehearsalRecord) -> str | None:
     return targets[asked.target] if isinstance(asked, SetTask) and asked.target < len(targets) else None
 
 
-def details_section(snapshot: RigidSnapshot | None) -> DetailsSection:
+def details_section(snapshot: ToolSnapshot | None) -> DetailsSection:
     """Timing of the control loop, with the rows of its program."""
     found = of_any_drive.details_section(snapshot)
-    return found if snapshot is None else {**found, "rows": snapshot.rows}
+    return found if snapshot is None or isinstance(snapshot, FreehandSnapshot) else {**found, "rows": snapshot.rows}
 
 
 def nearness_section(
-    snapshot: RigidSnapshot | None, zones: Sequence[Zone | SoftZone | SoftRegion], bone_margin_mm: float
+    snapshot: ToolSnapshot | None, zones: Sequence[Zone | SoftZone | SoftRegion], bone_margin_mm: float
 ) -> list[NearnessView]:
     """Clearance of the tool to bone, and to the protected structures of the driven plan."""
     if snapshot is None:
@@ -131,13 +163,18 @@ def _near(one: Nearness, reach_mm: float) -> NearnessView:
 
 
 def settings_section(
-    settings: ControlSettings, answered: int, refusal: str = "", uncertainty: SurfaceUncertainty | None = None
+    settings: ControlSettings,
+    answered: int,
+    refusal: str = "",
+    uncertainty: SurfaceUncertainty | None = None,
+    certified: bool = True,
 ) -> SettingsSection:
     """Sliders with range, unit and label; answered: counts changes, so that a refused one puts its slider back.
 
     refusal: why the newest change was refused. uncertainty: of the bone, which the margin in force may not cover.
+    certified: False of a free hand, which keeps no margin.
     """
-    warning = "" if uncertainty is None else uncertainty.warning(settings.margin_mm)
+    warning = "" if uncertainty is None or not certified else uncertainty.warning(settings.margin_mm)
     bounds, values = ControlSettings.bounds(), settings.to_dict()
     return {
         "answered": answered,
@@ -155,11 +192,12 @@ def settings_section(
                 "value": round(values[name], 4),
             }
             for name, (step, digits, (low, high)) in SHOWN_SETTINGS.items()
+            if certified or name != "margin_mm"
         ],
     }
 
 
-def tool_section(snapshot: RigidSnapshot | None) -> ToolSection:
+def tool_section(snapshot: ToolSnapshot | None) -> ToolSection:
     """The tool for the slices."""
     if snapshot is None:
         return {"segments": [], "radii_mm": []}

@@ -12,6 +12,16 @@ export function fixed(value, digits) {
 }
 
 /**
+ * A difference with its sign.
+ * @param {number} value
+ * @param {number} digits
+ */
+export function signed(value, digits) {
+  const text = fixed(value, digits);
+  return Number(value.toFixed(digits)) > 0 ? `+${text}` : text;
+}
+
+/**
  * Words of the planner as a sentence.
  * @param {string} words
  */
@@ -45,6 +55,17 @@ export function whenExactly(iso) {
   const date = new Date(iso);
   if (Number.isNaN(date.getTime())) return "";
   return date.toLocaleString(undefined, { year: "numeric", month: "short", day: "numeric", hour: "2-digit", minute: "2-digit" });
+}
+
+/**
+ * A time of this year without the year, as the reader's language writes it; nothing for what is no date.
+ * @param {string} iso
+ */
+export function whenShort(iso) {
+  const date = new Date(iso);
+  if (Number.isNaN(date.getTime())) return "";
+  const year = date.getFullYear() === new Date().getFullYear() ? undefined : "numeric";
+  return date.toLocaleString(undefined, { year, month: "short", day: "numeric", hour: "2-digit", minute: "2-digit" });
 }
 
 /**

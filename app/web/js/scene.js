@@ -6,6 +6,7 @@ import { drawsInSoftware } from "./graphics.js";
 import { LET_GO, letGoOfEverything } from "./keys.js";
 import { LAID_OUT } from "./layout.js";
 import { letterOf } from "./letters.js";
+import { replay } from "./replay.js";
 import { SceneLayer } from "./scene-layer/layer.js";
 import { THEMED } from "./theme.js";
 
@@ -52,6 +53,7 @@ export class SceneFrame {
     new ResizeObserver(() => this.drawIfSeen()).observe(this.frame);
     window.addEventListener(LET_GO, () => this.pointerGone());
     pacing.addEventListener("scale", () => this.layer?.hooks.resolve(pacing.scale));
+    replay.addEventListener("change", () => this.layer?.replayed.show(replay.tools));
   }
 
   /** (Re)load the scene: a new frame has no state, the planner draws it again. */
@@ -113,6 +115,7 @@ export class SceneFrame {
       if (!layer || this.frame.contentWindow !== inner) return;
       this.layer = layer;
       layer.hooks.resolve(pacing.scale);
+      layer.replayed.show(replay.tools);
       this.drawn = null;
       this.drawIfSeen();
       this.sayWhoWrites();

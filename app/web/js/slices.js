@@ -17,6 +17,7 @@ import { ToolPoses } from "./slices/tool-poses.js";
 import { ToolStrip, toolHint } from "./slices/tool-strip.js";
 import { VolumeLink } from "./slices/volume-link.js";
 import { paintBrush } from "./paint-brush.js";
+import { replay } from "./replay.js";
 import { thresholdPreview } from "./threshold-preview.js";
 /** @import { Connection } from "./connection.js" */
 /** @import { Triple } from "./slices/grid.js" */
@@ -91,6 +92,7 @@ export class Slices extends EventTarget {
     this.link.addEventListener("outlines", all);
     this.measures.addEventListener("change", () => this.mark());
     this.poses.addEventListener("change", () => this.mark());
+    replay.addEventListener("change", () => this.replayed());
     thresholdPreview.addEventListener("kept", () => this.link.keep(thresholdPreview.kept));
     thresholdPreview.addEventListener("change", () => this.greys.tint(thresholdPreview.value));
     this.connection.addEventListener("link", () => this.unanswered());
@@ -124,7 +126,7 @@ export class Slices extends EventTarget {
     this.root.dataset.panes = String(this.panes.filter((pane) => !pane.element.hidden).length);
     if (this.layout === "path" && !this.frames) this.enlarge(null);
     if (available) this.show(state);
-    this.tip.at(available && state.step?.input === "drive" ? state.rehearsal?.tip : undefined);
+    if (!replay.tools.length) this.tip.at(available && state.step?.input === "drive" ? state.rehearsal?.tip : undefined);
     this.strip.update();
     this.sayHint();
   }
@@ -205,6 +207,12 @@ export class Slices extends EventTarget {
     for (const pane of this.panes) pane.mark();
   }
 
+  /** A run is replayed: the slices follow its tip. */
+  replayed() {
+    this.tip.at(this.state ? replay.tip : undefined);
+    this.plan(() => this.mark());
+  }
+
   // -- what the panes ask
 
   /** The middle of the scan, LPS mm. @returns {Triple} */
@@ -236,9 +244,10 @@ export class Slices extends EventTarget {
     return this.frames?.at(this.along) ?? null;
   }
 
-  /** The tool as it is driven; else as the dry run brings it to the place of the view across the path. */
+  /** The tool as it is driven; else as the dry run brings it to the place of the view across the path. None while a run is replayed. */
   get pose() {
     const { step, tool, rehearsal } = this.state ?? {};
+    if (replay.tools.length) return null;
     if (step?.input !== "drive") return this.poses.at(this.along);
     if (!tool?.segments.length || !tool.radii_mm) return null;
     const segments = /** @type {[Triple, Triple][]} */ (tool.segments);

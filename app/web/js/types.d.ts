@@ -874,7 +874,7 @@ export interface TrackerView {
   words: string;
 }
 
-/** The rehearsal of a plan: the drive, and the fields of the rigid tool. */
+/** The rehearsal of a plan: the drive, and the fields of the tool. contacts: in a free hand, the deepest first. */
 export interface RehearsalSection {
   holding?: string;
   force_n?: number | null;
@@ -901,8 +901,31 @@ export interface RehearsalSection {
   holder: string | null;
   can_take: boolean;
   unrecorded: string | null;
+  control: ControlView;
+  contacts: ContactView[];
   plan_changed: boolean;
   target_id: string | null;
+}
+
+/**
+ * How the tool is driven, or will be: control mode, device of a teleoperated drive, and preset, None for none.
+ *
+ * certified: every motion is certified before it is made; never in a free hand.
+ */
+export interface ControlView {
+  mode: "freehand" | "hands-on" | "teleoperated";
+  device: "position" | "rate";
+  preset: string | null;
+  certified: boolean;
+}
+
+/** Contacts of a part of a tool in a free hand so far, the deepest, and its depth now; lengths in mm. */
+export interface ContactView {
+  structure: string;
+  part: string;
+  count: number;
+  max_depth_mm: number | null;
+  depth_mm: number | null;
 }
 
 /** Points and targets, in order. */
@@ -1631,6 +1654,184 @@ export interface TracedPublic {
   plan: PlanPublic;
 }
 
+/**
+ * A run; ticks: number of recorded steps, lost: number of steps that were not recorded.
+ *
+ * mode: 'freehand', 'hands-on' or 'teleoperated', 'mixed' where it was changed on the way, null for a snake.
+ * whole is false, and ticks and lost are null, for an interrupted run.
+ * pierced: what the tool pierced while it was driven; null where that was not measured.
+ * score: null where nobody has asked for it yet, see `/runs/{run_id}/score`, and where there is none.
+ */
+export interface RunTitle {
+  id: string;
+  case_id: string | null;
+  plan_id: string | null;
+  origin: "page" | "command line" | "replay" | "study";
+  world: string;
+  mode: string | null;
+  recorded: string;
+  size_bytes: number;
+  whole: boolean;
+  ticks: number | null;
+  lost: number | null;
+  pierced: PiercedPublic | null;
+  score: ShortScore | null;
+  files: Record<string, RunFilePublic>;
+}
+
+/**
+ * Whether the tool goes through skin ('room') or a wall between two air spaces of the body ('wall'); lengths in mm.
+ *
+ * sideways_mm: how far sideways the nearest air leads round the worst tissue that the tool's axis passes, null where
+ * that is not known or beyond 15 mm; gives_mm: what tissue gives there. begin, end: of that tissue, in LPS.
+ */
+export interface PiercedPublic {
+  state: "none" | "room" | "wall" | "unknown";
+  sideways_mm: number | null;
+  gives_mm: number | null;
+  begin: [number, number, number] | null;
+  end: [number, number, number] | null;
+  s_mm: number | null;
+  words: string;
+}
+
+/**
+ * Figures of a run's score; lengths in mm. clearance_mm: least one to any structure, negative in contact.
+ *
+ * completed: the path was followed to its end. error_mm, error_max_mm: mean and largest tip error in the robot's
+ * frame, null where no sample follows a path.
+ */
+export interface ShortScore {
+  certified: boolean;
+  completed: boolean;
+  time_s: number;
+  error_mm: number | null;
+  error_max_mm: number | null;
+  clearance_mm: number;
+  contacts: number;
+  held_s: number;
+}
+
+export interface RunFilePublic {
+  sha256: string;
+  size_bytes: number;
+}
+
+/**
+ * The score of a run, see docs/metrics.md; lengths in mm, angles in degrees, times in s.
+ *
+ * completed: the path was followed to its end. reach_mm: least distance at which a clearance is cut.
+ * holds: in the order of time.
+ */
+export interface ScorePublic {
+  world: string;
+  mode: string;
+  certified: boolean;
+  completed: boolean;
+  samples: number;
+  time_s: number;
+  approach: ApproachPublic;
+  path_error_mm: ErrorsPublic | null;
+  path_length_mm: number;
+  spectral_arc_length: number | null;
+  log_dimensionless_jerk: number | null;
+  jerk_filter: string;
+  contacts: number;
+  max_depth_mm: number;
+  contacts_by: ContactsPublic[];
+  least_clearance_mm: Record<string, number>;
+  reach_mm: number;
+  held_s: number;
+  held_by: HeldPublic[] | null;
+  target_error_mm: ErrorsPublic | null;
+  angle_deg: number | null;
+  holds: HoldPublic[];
+}
+
+/** The samples before the path was followed. */
+export interface ApproachPublic {
+  time_s: number;
+  path_length_mm: number;
+}
+
+/** An error in mm, where the robot has the tool and where it truly was. */
+export interface ErrorsPublic {
+  robot_frame: MeanMaxPublic;
+  true_frame: MeanMaxPublic;
+}
+
+/** Over the samples. */
+export interface MeanMaxPublic {
+  mean: number;
+  max: number;
+}
+
+/** Contacts of one part of the tool with one structure. */
+export interface ContactsPublic {
+  structure: string;
+  part: string;
+  count: number;
+  max_depth_mm: number;
+  time_s: number;
+}
+
+/** How long a constraint held the tool. */
+export interface HeldPublic {
+  kind: string;
+  structure: string;
+  part: string;
+  time_s: number;
+}
+
+/** A time in which something held the tool, or touched it in a free hand (kind 'contact'); place in LPS mm. */
+export interface HoldPublic {
+  t_s: number;
+  duration_s: number;
+  kind: string;
+  structure: string;
+  part: string;
+  reason: string;
+  place: [number, number, number];
+  depth_mm: number;
+}
+
+/**
+ * The series of a run at 30 Hz at most, n samples of S tool parts, J joints and B structures; LPS mm.
+ *
+ * t_s (n): driven time. tip (n, 3). segments (n, S, 6): start and end of the axis of each part of the tool, from the
+ * tip on; radii_mm (S). speed (J, n): of the joints. clearance_mm (B, n): least of each interval, null beyond
+ * reach_mm (n). nearest (n): number of the nearest structure, -1 for none within reach. force_n (n): of the hand.
+ * error_mm (n): largest of each interval, of the path or of the target, null where there is none.
+ * progress_mm (n): along the path. phase (n): numbers of phases. held (n): 1 where the tool was held.
+ */
+export interface SeriesPublic {
+  run: string;
+  mode: string | null;
+  certified: boolean;
+  structures: string[];
+  joints: JointPublic[];
+  radii_mm: number[];
+  phases: string[];
+  t_s: number[];
+  tip: [number, number, number][];
+  segments: number[][][];
+  speed: number[][];
+  clearance_mm: ((number | null)[])[];
+  reach_mm: number[];
+  nearest: number[];
+  force_n: number[];
+  error_mm: (number | null)[];
+  progress_mm: (number | null)[];
+  phase: number[];
+  held: number[];
+}
+
+/** A joint, and the unit of its speed less the 1/s. */
+export interface JointPublic {
+  name: string;
+  unit: string;
+}
+
 /** Positions on the canvas as fractions of its size, None for one behind the camera; None without a camera. */
 export interface ProjectAnswer {
   places: ([number, number] | null)[] | null;
@@ -2005,6 +2206,7 @@ export interface Commands {
   "rehearsal.control": {
     mode: "freehand" | "hands-on" | "teleoperated";
     device?: "position" | "rate";
+    preset?: "li2004" | "li2007" | null;
   };
   "rehearsal.end": {};
   "rehearsal.errors": {

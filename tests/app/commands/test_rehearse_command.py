@@ -106,7 +106,8 @@ def test_the_corridor_is_driven_and_every_step_is_kept(
     with file.open() as stream:
         rows = list(csv.DictReader(stream))
     assert len(rows) == report["steps"]
-    table = {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+    table = {name.split(" [")[0]: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+    assert {"t [s]", "tip_x [mm]", "command_force_x [N]", "not_for_clinical_use"} <= rows[0].keys()
     assert [n for n in table if n.startswith("q")] == [f"q{i}" for i in range(7)]
     loaded = trimesh.load(head[1], process=False)
     judge = CoalJudge(TriangleMesh(np.asarray(loaded.vertices), np.asarray(loaded.faces)))
@@ -167,6 +168,7 @@ def test_targets_of_a_file_are_inspected(head: list[str], trial_data: Path, caps
         (["--margin", "900"], "0.05"),
         (["--tool", "spoon"], "bent_30"),
         (["--record", "/no/such/folder/x.csv"], "cannot be written"),
+        (["--record", "run.xlsx"], "ends in .csv, .parquet, .mcap"),
         (["--task", "inspect", "--targets", "/no/such.mrk.json"], "such.mrk.json cannot be read"),
     ],
 )

@@ -161,7 +161,7 @@ def test_a_heartbeat_never_takes_hold(drive: Drive) -> None:
     drive.heartbeat(ONE)
     drive.release(ONE)
     drive.heartbeat(ONE)
-    beat, grip = ("heartbeat",), ("set_grip", (1.0, 2.0, 3.0))
+    beat, grip = ("heartbeat",), ("set_grip", (1.0, 2.0, 3.0), False)
     assert Process.last.told == [beat, grip, beat, ("release",), beat]
 
 
@@ -300,8 +300,8 @@ def test_a_hand_that_was_let_go_of_has_to_take_hold_again(drive: Drive) -> None:
     drive.set_grip(ONE, (9.0, 9.0, 9.0), takes_hold=False)
     drive.heartbeat(ONE)
     assert Process.last.told == [
-        ("set_grip", (1.0, 2.0, 3.0)),
-        ("set_grip", (2.0, 2.0, 3.0)),
+        ("set_grip", (1.0, 2.0, 3.0), False),
+        ("set_grip", (2.0, 2.0, 3.0), False),
         ("release",),
         ("heartbeat",),
     ]

@@ -41,7 +41,7 @@ class _Node:
 
 
 def _event(phase: str, place: Any) -> Any:
-    return SimpleNamespace(phase=phase, end_position=place)
+    return SimpleNamespace(phase=phase, end_position=place, modifier=None)
 
 
 @pytest.mark.parametrize("place", NO_PLACES)

@@ -16,7 +16,7 @@ from app.session.client_session import ClientSession, make_shared
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 
-ALL = ["patient", "plan", "register", "rehearse"]
+ALL = ["patient", "plan", "register", "rehearse", "review"]
 
 
 @pytest.fixture

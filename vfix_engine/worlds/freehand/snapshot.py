@@ -11,7 +11,7 @@ from ...geometry.path import SplinePath
 from ...geometry.rotations import rotation_vector
 from ...runtime.snapshot import Blocker, Snapshot
 from ..rigid.scene import Scene
-from ..rigid.snapshot import camera_at
+from ..rigid.snapshot import ToolOfSnapshot, camera_at
 from .state import FreehandState
 
 
@@ -27,7 +27,7 @@ class Contact:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FreehandSnapshot(Snapshot):
+class FreehandSnapshot(ToolOfSnapshot, Snapshot):
     """The fields of every world, and those of a free tool: positions (3,) in LPS mm, force in N, torque in N·mm.
 
     q: the tip's position, then its rotation vector. certified is False: bone does not stop this tool.
@@ -52,14 +52,9 @@ class FreehandSnapshot(Snapshot):
     target_error_mm: float
 
     @property
-    def segments_start(self) -> Array:
-        """(S, 3) starts of the tool's axis segments, from the tip on."""
-        return self.capsules[:, :3]
-
-    @property
-    def segments_end(self) -> Array:
-        """(S, 3) their ends."""
-        return self.capsules[:, 3:6]
+    def reason(self) -> str:
+        """What is touched now, the deepest first; '' where nothing is."""
+        return self.blockers[0].words if self.blockers else ""
 
 
 def snapshot_of(scene: Scene, structures: tuple[str, ...], state: FreehandState) -> FreehandSnapshot:

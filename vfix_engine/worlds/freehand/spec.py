@@ -17,7 +17,13 @@ from .snapshot import FreehandSnapshot
 from .system import STIFFNESS_N_PER_MM, FreehandSystem
 
 STIFFNESS_RANGE = (0.1, 100.0)  # N/mm
+PERIOD_S = 0.02  # no hand is quicker; contact is computed in shorter steps
 _KEY = "contact_stiffness_n_per_mm"
+
+
+def of_free_hand(settings: ControlSettings) -> ControlSettings:
+    """The same settings at the rate of a free hand."""
+    return replace(settings, dt_s=PERIOD_S)
 
 
 @dataclass(frozen=True, eq=False)

@@ -119,7 +119,8 @@ class FreehandSystem:
         """The grip on the tool's shaft."""
         grip = self.scene.tool.grip(state.rotation, state.position)
         axes = camera_at(state.rotation, state.position, self.scene.tool)[:3, :3]
-        return Grip(grip, state.settings.stiffness_n_per_mm, state.settings.force_cap_n, axes)
+        settings = state.settings
+        return Grip(grip, settings.stiffness_n_per_mm, settings.force_cap_n, axes, grip - state.position)
 
     def row(self, state: FreehandState, out: Array) -> None:
         write_row(state, out)

@@ -6,7 +6,7 @@ from ...control import Controller
 from ...proximity.covariance.tree import CovarianceTree
 from ...virtual_fixtures import StepState
 
-FLAT_MM = 3.0  # thickness of a box, enlarged by its triangles, up to which a node's triangles are grouped: assumed, the papers print none
+FLAT_MM = 3.0  # thickest box of a node, with its triangles, that is grouped: assumed, the papers print none
 
 
 class CovarianceWatch:

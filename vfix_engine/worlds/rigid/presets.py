@@ -10,6 +10,7 @@ from ...control.tasks.printed_path import PrintedWeights
 from ...robots import RobotModel
 from ...virtual_fixtures.joint_limits import MOTION_WEIGHT
 from .scene import Scene
+from .spec import SceneSpec
 
 OUTER_S = 1.0 / 30.0  # period of both papers' control loop
 GAIN = 1.0  # mm/s per N, k of (10), assumed: between two periods the tip leaves a bent path by its step squared
@@ -72,6 +73,10 @@ class Preset:
     def in_scene(self, scene: Scene) -> Scene:
         """The scene with the preset's robot and program, without directions of the shaft."""
         return replace(scene, robot=self.in_robot(scene.robot), shaft=None, printed=self.weights)
+
+    def in_spec(self, scene: SceneSpec) -> SceneSpec:
+        """The same for a scene that is sent to another process."""
+        return replace(scene, robot=self.in_robot(scene.robot_model()), shaft=None, printed=self.weights)
 
     def report(self) -> dict[str, object]:
         """What is printed, what is assumed, what stays the package's own, and what is off."""

@@ -22,8 +22,43 @@ from .teleoperation import spring
 __all__ = ["RigidSnapshot", "Timing", "camera_of", "lazy_snapshot", "snapshot_of"]
 
 
+class ToolOfSnapshot:
+    """What the capsules and the camera of a snapshot say of a rigid tool, on a robot or in a free hand."""
+
+    capsules: Array
+    camera: Array
+
+    @property
+    def segments_start(self) -> Array:
+        """(S, 3) starts of the tool's axis segments, from the tip on."""
+        return self.capsules[:, :3]
+
+    @property
+    def segments_end(self) -> Array:
+        """(S, 3) their ends."""
+        return self.capsules[:, 3:6]
+
+    @property
+    def radius(self) -> Array:
+        """(S,) radii of the segments."""
+        return self.capsules[:, 6]
+
+    @property
+    def shaft(self) -> Array:
+        """(3,) unit vector along the tool's first part, to its tip."""
+        way: Array = self.segments_end[0] - self.segments_start[0]
+        return way / np.linalg.norm(way)
+
+    @property
+    def side(self) -> Array:
+        """(3,) unit vector across the shaft, to which a bend or an angled lens of the tool points."""
+        towards = self.camera[:3, 2] - self.camera[:3, 1]  # the view and up in its picture: not both along the shaft
+        across: Array = towards - (towards @ self.shaft) * self.shaft
+        return across / np.linalg.norm(across)
+
+
 @dataclass(frozen=True, kw_only=True)
-class RigidSnapshot(of_any_world.Snapshot):
+class RigidSnapshot(ToolOfSnapshot, of_any_world.Snapshot):
     """The fields of every world, and those of the rigid tool: positions (3,) in LPS mm, force in N, torque in N·mm.
 
     phase: 'approach', 'follow', 'done', 'inspect_approach', 'inspect_hold' or 'free'.
@@ -57,34 +92,6 @@ class RigidSnapshot(of_any_world.Snapshot):
     emergencies: int = field(default_factory=int)
     teleoperated: bool = field(default_factory=bool)
     deflection: Array = field(default_factory=lambda: np.zeros(3))
-
-    @property
-    def segments_start(self) -> Array:
-        """(S, 3) starts of the tool's axis segments, from the tip on."""
-        return self.capsules[:, :3]
-
-    @property
-    def segments_end(self) -> Array:
-        """(S, 3) their ends."""
-        return self.capsules[:, 3:6]
-
-    @property
-    def radius(self) -> Array:
-        """(S,) radii of the segments."""
-        return self.capsules[:, 6]
-
-    @property
-    def shaft(self) -> Array:
-        """(3,) unit vector along the tool's first part, to its tip."""
-        way: Array = self.segments_end[0] - self.segments_start[0]
-        return way / np.linalg.norm(way)
-
-    @property
-    def side(self) -> Array:
-        """(3,) unit vector across the shaft, to which a bend or an angled lens of the tool points."""
-        towards = self.camera[:3, 2] - self.camera[:3, 1]  # the view and up in its picture: not both along the shaft
-        across: Array = towards - (towards @ self.shaft) * self.shaft
-        return across / np.linalg.norm(across)
 
     @property
     def reflection(self) -> Array:

@@ -192,7 +192,8 @@ class RigidSystem:
         settings, tip = state.settings, state.tool.tip
         base = self.scene.printed is not None
         axes = self.scene.base[:3, :3] if base else camera_at(tip.rotation, tip.position, self.scene.tool)[:3, :3]
-        return Grip(self._grip(state.tool), settings.stiffness_n_per_mm, settings.force_cap_n, axes)
+        grip = self._grip(state.tool)
+        return Grip(grip, settings.stiffness_n_per_mm, settings.force_cap_n, axes, grip - tip.position)
 
     def row(self, state: RehearsalState, out: Array) -> None:
         self._row.write(state, out)

@@ -1,6 +1,7 @@
 // What the page adds to the scene of one frame. Without the hooks the scene works as viser draws it.
 import { SceneHooks } from "./hooks.js";
 import { SceneLabels } from "./labels.js";
+import { ReplayedTools } from "./replayed-tools.js";
 import { ClearSurfaces, PathThroughBone } from "./see-through.js";
 import { Turning } from "./turning.js";
 
@@ -28,6 +29,7 @@ export class SceneLayer {
     this.turning = new Turning(hooks);
     this.path = new PathThroughBone(hooks);
     this.surfaces = new ClearSurfaces(hooks);
+    this.replayed = new ReplayedTools(hooks);
     hooks.redraw();
   }
 

@@ -1,6 +1,7 @@
 // One slice on the page: its picture, the marks over it, and the words that belong to both.
 import { h, icon, svg } from "../dom.js";
 import { pacing } from "../frame-pacing.js";
+import { replay } from "../replay.js";
 import { addressesOf, Loader } from "../slice-loader.js";
 import { marksOf } from "./marks.js";
 import { PaneKeys } from "./pane-keys.js";
@@ -23,6 +24,7 @@ const NORMAL = { axial: 2, coronal: 1, sagittal: 0 };
 const PATH_VIEW_MM = 120; // that the view across the path shows at a zoom of 1
 const ZOOM = [0.5, 40];
 const TOOL = { tool: "#ffd479", ring: "#7fe0a0" };
+const GHOST = { tool: "#4fc3a1", ring: "#4fc3a1" }; // another run beside the one that is replayed
 const SIDES = /** @type {const} */ (["left", "right", "top", "bottom"]);
 
 export class Pane {
@@ -276,6 +278,7 @@ export class Pane {
     drawRegions(context, port, drawnNow(board.state?.regions?.drawing));
     const { pose } = board;
     if (pose) drawTool(context, port, pose, TOOL);
+    for (const { segments, radii, ghost } of [...replay.tools].reverse()) drawTool(context, port, { segments, radii, margin: 0 }, ghost ? GHOST : TOOL);
   }
 
   slide() {

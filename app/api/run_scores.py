@@ -1,0 +1,151 @@
+"""What a run is worth, and its series for plots and for a replay; read-only."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Response
+from pydantic import BaseModel, Field
+
+from app.api.dependencies import ERRORS, Identifier, ServicesDep
+from app.plans.model import NOTICE
+
+router = APIRouter(prefix="/runs/{run_id}", tags=["runs"], responses=ERRORS)
+
+Triple = tuple[float, float, float]
+Numbers = list[float | None]
+
+
+class MeanMaxPublic(BaseModel):
+    """Over the samples."""
+
+    mean: float
+    max: float
+
+
+class ErrorsPublic(BaseModel):
+    """An error in mm, where the robot has the tool and where it truly was."""
+
+    robot_frame: MeanMaxPublic
+    true_frame: MeanMaxPublic
+
+
+class ApproachPublic(BaseModel):
+    """The samples before the path was followed."""
+
+    time_s: float
+    path_length_mm: float
+
+
+class ContactsPublic(BaseModel):
+    """Contacts of one part of the tool with one structure."""
+
+    structure: str
+    part: str
+    count: int
+    max_depth_mm: float
+    time_s: float
+
+
+class HeldPublic(BaseModel):
+    """How long a constraint held the tool."""
+
+    kind: str
+    structure: str
+    part: str
+    time_s: float
+
+
+class HoldPublic(BaseModel):
+    """A time in which something held the tool, or touched it in a free hand (kind 'contact'); place in LPS mm."""
+
+    t_s: float
+    duration_s: float
+    kind: str
+    structure: str
+    part: str
+    reason: str
+    place: Triple
+    depth_mm: float
+
+
+class ScorePublic(BaseModel):
+    """The score of a run, see docs/metrics.md; lengths in mm, angles in degrees, times in s.
+
+    completed: the path was followed to its end. reach_mm: least distance at which a clearance is cut.
+    holds: in the order of time.
+    """
+
+    world: str
+    mode: str
+    certified: bool
+    completed: bool
+    samples: int
+    time_s: float
+    approach: ApproachPublic
+    path_error_mm: ErrorsPublic | None
+    path_length_mm: float
+    spectral_arc_length: float | None
+    log_dimensionless_jerk: float | None
+    jerk_filter: str
+    contacts: int
+    max_depth_mm: float
+    contacts_by: list[ContactsPublic]
+    least_clearance_mm: dict[str, float]
+    reach_mm: float
+    held_s: float
+    held_by: list[HeldPublic] | None
+    target_error_mm: ErrorsPublic | None
+    angle_deg: float | None
+    holds: list[HoldPublic]
+
+
+class JointPublic(BaseModel):
+    """A joint, and the unit of its speed less the 1/s."""
+
+    name: str
+    unit: str
+
+
+class SeriesPublic(BaseModel):
+    """The series of a run at 30 Hz at most, n samples of S tool parts, J joints and B structures; LPS mm.
+
+    t_s (n): driven time. tip (n, 3). segments (n, S, 6): start and end of the axis of each part of the tool, from the
+    tip on; radii_mm (S). speed (J, n): of the joints. clearance_mm (B, n): least of each interval, null beyond
+    reach_mm (n). nearest (n): number of the nearest structure, -1 for none within reach. force_n (n): of the hand.
+    error_mm (n): largest of each interval, of the path or of the target, null where there is none.
+    progress_mm (n): along the path. phase (n): numbers of phases. held (n): 1 where the tool was held.
+    """
+
+    run: str
+    mode: str | None
+    certified: bool
+    structures: list[str]
+    joints: list[JointPublic]
+    radii_mm: list[float]
+    phases: list[str]
+    t_s: list[float]
+    tip: list[Triple]
+    segments: list[list[Annotated[list[float], Field(min_length=6, max_length=6)]]]
+    speed: list[list[float]]
+    clearance_mm: list[Numbers]
+    reach_mm: list[float]
+    nearest: list[int]
+    force_n: list[float]
+    error_mm: Numbers
+    progress_mm: Numbers
+    phase: list[int]
+    held: list[int]
+
+
+@router.get("/score")
+def run_score(run_id: Identifier, services: ServicesDep) -> ScorePublic:
+    """The score of a run, with what held it; of a run that was never asked for it takes some seconds."""
+    return ScorePublic.model_validate(services.run_scores.of(run_id))
+
+
+@router.get("/series", response_class=Response, responses={200: {"model": SeriesPublic}})
+def run_series(run_id: Identifier, services: ServicesDep) -> Response:
+    """What is plotted over a run, and where the tool was: all that a replay of its motion needs."""
+    headers: dict[str, Any] = {"X-Notice": NOTICE, "Cache-Control": "no-store"}
+    return Response(services.run_scores.series(run_id), media_type="application/json", headers=headers)

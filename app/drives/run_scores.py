@@ -1,0 +1,133 @@
+"""Scores and series of stored runs: computed from the run when first asked for, the scores stored beside it."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+
+from app.drives.runs import RunService, StoredRun
+from app.kit.cache import Cache
+from app.store import Store
+from vfix_engine.arrays import Array
+from vfix_engine.errors import InputError
+from vfix_engine.runtime.run import TICKS, Run
+from vfix_engine.study.holds import holds_of
+from vfix_engine.study.metrics import score_run
+from vfix_engine.study.series import RunSeries, series_of
+from vfix_engine.worlds.registry import spec_of
+from vfix_engine.worlds.rigid.row import PHASES
+
+FILE = "score-1.json"  # the number changes with the definitions of the score or of a hold
+RATE_HZ = 30.0
+MOST_SAMPLES = 36_000  # of one answer; longer runs have fewer a second
+
+_DONE = PHASES.index("done")
+
+
+class RunScores:
+    """Scores of runs of a rigid tool. Thread-safe.
+
+    A score is stored as a derived file by the hash of the run's steps, which never change; it goes with the run.
+    """
+
+    def __init__(self, store: Store, runs: RunService) -> None:
+        self._store, self._runs = store, runs
+        self._scores: Cache[str, dict[str, Any]] = Cache(256)
+        self._series: Cache[str, bytes] = Cache(4)
+
+    def of(self, run_id: str) -> dict[str, Any]:
+        """`RunScore` as plain values, with `holds` and `completed`.
+
+        Raises NotFound, and InputError for a run that cannot be scored.
+        """
+        run = self._runs.get(run_id)
+        return self.known(run) or self._scores.get(_key(run), lambda: self._make(run))
+
+    def known(self, run: StoredRun) -> dict[str, Any] | None:
+        """The score where it was computed before. Never waits."""
+        if TICKS not in run.files:
+            return None
+        key = _key(run)
+        found = self._scores.peek(key)
+        path = None if found is not None else self._store.derived.path(key, FILE)
+        if path is None:
+            return found
+        try:
+            stored: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError):  # damaged: computed again
+            return None
+        return self._scores.get(key, lambda: stored)
+
+    def series(self, run_id: str) -> bytes:
+        """The series of a run as JSON, see `SeriesPublic`.
+
+        Raises NotFound, and InputError for a run without a rigid tool.
+        """
+        run = self._runs.get(run_id)
+
+        def make() -> bytes:
+            with self._runs.laid_out(run_id) as place:
+                series = series_of(Run.read(place))
+            rate = min(RATE_HZ, MOST_SAMPLES / float(series.t[-1]))
+            return json.dumps(plain_series(series.thinned(rate), run), allow_nan=False).encode()
+
+        return self._series.get(_key(run), make)
+
+    def _make(self, run: StoredRun) -> dict[str, Any]:
+        with self._runs.laid_out(run.id) as place:
+            read = Run.read(place)
+        spec = spec_of(read)
+        score = score_run(read, spec).to_dict()
+        score["completed"] = bool((read.column("phase")[-score["samples"] :] == _DONE).any())
+        score["reach_mm"] = float(series_of(read, spec).reach.min())
+        score["holds"] = [hold.to_dict() for hold in holds_of(read, spec)]
+        score = json.loads(json.dumps(score, allow_nan=False))  # as it is read again
+        if self._store.writable:
+            self._store.derived.put(_key(run), FILE, lambda file: file.write(json.dumps(score).encode()))
+        return dict(score)
+
+
+def plain_series(series: RunSeries, run: StoredRun) -> dict[str, Any]:
+    """A series as plain values, rounded to 0.1 µm and 1 µrad; what does not exist is None."""
+    return {
+        "run": run.id,
+        "mode": run.mode,
+        "certified": run.certified,
+        "structures": list(series.structures),
+        "joints": [{"name": one.name, "unit": one.unit} for one in series.joints],
+        "radii_mm": _plain(series.radius),
+        "phases": list(PHASES),
+        "t_s": _plain(series.t),
+        "tip": _plain(series.tip),
+        "segments": _plain(np.concatenate([series.start, series.end], axis=2)),
+        "speed": _plain(series.speed.T, 6),
+        "clearance_mm": _plain(np.where(series.clearance < series.reach[:, None], series.clearance, np.nan).T),
+        "reach_mm": _plain(series.reach),
+        "nearest": series.nearest.tolist(),
+        "force_n": _plain(np.linalg.norm(series.force, axis=1)),
+        "error_mm": _plain(series.error),
+        "progress_mm": _plain(series.progress),
+        "phase": series.phase.tolist(),
+        "held": series.held.astype(int).tolist(),
+    }
+
+
+def _key(run: StoredRun) -> str:
+    if TICKS not in run.files:
+        raise InputError("the run has no samples.")
+    return run.files[TICKS].sha256
+
+
+def _plain(values: Array, digits: int = 4) -> Any:
+    """Nested lists of rounded numbers, None for those that are not finite."""
+    rounded = np.round(values, digits)
+    if np.isfinite(rounded).all():
+        return rounded.tolist()
+    return [_plain(one, digits) if one.ndim else _number(float(one)) for one in rounded]
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,1 @@
+"""The printable report on one or several runs."""

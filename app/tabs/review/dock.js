@@ -1,0 +1,88 @@
+// Below the views: the time of the run, its plots, and the comparison.
+import { h } from "/static/js/dom.js";
+import { fixed } from "/static/js/format.js";
+import { feltHolds } from "/static/js/run-score.js";
+import { keep, recall } from "/static/js/remember.js";
+import { draw, html, live, nothing } from "/static/js/template.js";
+import { CompareTable } from "./compare.js";
+import { SPEEDS, STEP_S } from "./player.js";
+import { Plots } from "./plots.js";
+
+/** @import { ScorePublic } from "/static/js/types.js" */
+/** @import { Player } from "./player.js" */
+
+const PLAY = "M4.5 3v10l8-5z", PAUSE = "M5 3v10M11 3v10";
+const COARSE_S = 1; // of PageUp and PageDown
+
+export class Dock {
+  /** @param {Player} player */
+  constructor(player) {
+    this.player = player;
+    this.plots = new Plots(player);
+    this.compare = new CompareTable();
+    this.shows = /** @type {"plots" | "compare"} */ (recall("review-dock", ["plots", "compare"], "plots"));
+    /** @type {ScorePublic | null} */
+    this.score = null;
+    this.bar = h("div", { class: "timeline" });
+    this.body = h("div", { class: "review-body" });
+    this.element = h("section", { class: "review-dock", "aria-label": "Run over time" }, this.bar, this.body);
+    this.element.addEventListener("keydown", (event) => this.key(event));
+    player.addEventListener("change", () => this.render());
+    player.addEventListener("state", () => this.render());
+    this.render();
+  }
+
+  /** @param {ScorePublic | null} score of the run that is played */
+  marks(score) {
+    this.score = score;
+    this.render();
+  }
+
+  /** @param {"plots" | "compare"} what */
+  turn(what) {
+    this.shows = what;
+    keep("review-dock", what);
+    this.render();
+  }
+
+  render() {
+    const { player } = this, { main, end } = player;
+    const shown = this.shows === "plots" ? this.plots.element : this.compare.element;
+    if (this.body.firstElementChild !== shown) this.body.replaceChildren(shown);
+    const label = player.playing ? "Pause" : "Play";
+    draw(this.bar, html`
+      <button type="button" class="icon" id="play-run" title="${label} (Space)" aria-label=${label} ?disabled=${!main} @click=${() => player.toggle()}>
+        <svg viewBox="0 0 16 16" aria-hidden="true"><path d=${player.playing ? PAUSE : PLAY} fill=${player.playing ? "none" : "currentColor"} stroke="currentColor" stroke-width=${player.playing ? 2.4 : 1} stroke-linejoin="round"></path></svg></button>
+      <div class="timeline-track">
+        <div class="timeline-marks" aria-hidden="true">${this.score && end ? feltHolds(this.score).map(({ t_s: at, duration_s: length, kind }) => html`<i data-kind=${kind === "contact" ? "contact" : "hold"} style="left: ${(100 * at) / end}%; width: ${(100 * length) / end}%"></i>`) : nothing}</div>
+        <input type="range" id="run-time" min="0" max=${end || 1} step=${STEP_S} .value=${live(String(player.t))} ?disabled=${!main} aria-label="Time of the run" aria-valuetext="${fixed(player.t, 1)} of ${fixed(end, 1)} s"
+          @input=${(/** @type {Event} */ { currentTarget }) => this.scrub(Number(/** @type {HTMLInputElement} */ (currentTarget).value))}>
+      </div>
+      <span class="timeline-time number">${fixed(player.t, 1)} / ${fixed(end, 1)} s</span>
+      <select id="run-speed" aria-label="Speed" @change=${(/** @type {Event} */ { currentTarget }) => { player.speed = Number(/** @type {HTMLSelectElement} */ (currentTarget).value); }}>
+        ${SPEEDS.map((speed) => html`<option value=${speed} ?selected=${speed === player.speed}>${fixed(speed, speed % 1 ? 2 : 0).replace(/0$/u, "")}×</option>`)}</select>
+      <div class="segmented" role="group" aria-label="Below the views">
+        <button type="button" id="show-plots" aria-pressed=${String(this.shows === "plots")} @click=${() => this.turn("plots")}>Plots</button
+        ><button type="button" id="show-compare" aria-pressed=${String(this.shows === "compare")} @click=${() => this.turn("compare")}>Compare</button></div>`);
+  }
+
+  /** @param {number} t */
+  scrub(t) {
+    this.player.pause();
+    this.player.seek(t);
+  }
+
+  /** @param {KeyboardEvent} event */
+  key(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const { player } = this;
+    const target = /** @type {Partial<HTMLElement>} */ (event.target);
+    if (target.id !== "run-time") return;
+    const by = { ArrowLeft: -STEP_S, ArrowRight: STEP_S, PageDown: -COARSE_S, PageUp: COARSE_S, Home: -Infinity, End: Infinity }[event.key];
+    if (by === undefined) return;
+    event.preventDefault();
+    event.stopPropagation();
+    player.pause();
+    player.seek(Number.isFinite(by) ? player.t + by : by < 0 ? 0 : player.end);
+  }
+}

@@ -1,0 +1,188 @@
+// Review: which runs there are, what the open one is worth, and how it went, replayed and plotted.
+import { h } from "/static/js/dom.js";
+import { jobWatch } from "/static/js/jobs.js";
+import { takeRunRequest } from "/static/js/open-run.js";
+import { feltHolds, holdList, modeLine, scoreFacts } from "/static/js/run-score.js";
+import { isUncertified, runName, runsOf, scoreOf, seriesOfRun } from "/static/js/runs.js";
+import { draw, html, nothing, titled } from "/static/js/template.js";
+import { Dock } from "./dock.js";
+import { Player } from "./player.js";
+import { RunsList } from "./runs-list.js";
+
+/** @import { Parts } from "/static/js/panel.js" */
+/** @import { RunTitle, ScorePublic, SeriesPublic, ViewModel } from "/static/js/types.js" */
+
+const MOST_HOLDS = 12;
+const MOST_BESIDE = 4;
+
+export default class ReviewPanel {
+  /** @param {Parts} parts */
+  constructor({ connection, keys }) {
+    this.connection = connection;
+    this.player = new Player();
+    this.dock = new Dock(this.player);
+    this.list = new RunsList({ open: (id) => this.open(id), toggle: (id) => this.toggle(id) });
+    this.about = h("div", { class: "group", id: "run-score", hidden: true });
+    this.element = h("div", {}, this.list.element, this.about);
+    this.overlay = this.dock.element;
+    /** @type {string | null} */
+    this.caseId = null;
+    /** @type {RunTitle[]} newest first */
+    this.runs = [];
+    /** @type {string | null} */
+    this.openId = null;
+    /** @type {string[]} ids of the runs beside it; the first one is replayed with it */
+    this.beside = [];
+    this.loading = false;
+    this.trouble = "";
+    this.asked = 0; // counts requests: an answer to an earlier one is dropped
+    this.shown = false;
+    /** @type {Map<string, ScorePublic>} */
+    this.scores = new Map();
+    /** @type {Map<string, SeriesPublic>} */
+    this.series = new Map();
+    jobWatch.addEventListener("change", () => { if (this.shown) this.refresh(); });
+    connection.on("state", ({ state }) => { if (this.shown && state.step?.name !== "review") this.leave(); });
+    keys.shortcuts.push((event) => this.key(event));
+  }
+
+  /** @param {ViewModel} state */
+  update(state) {
+    const head = state.case?.id ?? null;
+    const request = takeRunRequest();
+    if (head !== this.caseId) {
+      Object.assign(this, { caseId: head, runs: [], openId: null, beside: [], trouble: "" });
+      this.scores.clear();
+      this.series.clear();
+      this.player.load(null, null);
+      this.shown = false;
+    }
+    if (request) Object.assign(this, { openId: request.run, beside: request.compare ?? [] });
+    if (request?.compare) this.dock.turn("compare");
+    if (!this.shown || request) {
+      this.shown = true;
+      this.refresh(request?.at);
+    }
+    this.render();
+  }
+
+  leave() {
+    this.shown = false;
+    this.player.hide();
+  }
+
+  /** Read the list anew, and open what is to be open. @param {number} [at] s */
+  async refresh(at) {
+    const { caseId } = this;
+    if (!caseId) return;
+    this.loading = true;
+    try {
+      const runs = await runsOf(caseId);
+      if (caseId !== this.caseId) return;
+      Object.assign(this, { runs, loading: false, trouble: "" });
+      if (!runs.some(({ id }) => id === this.openId)) this.openId = runs[0]?.id ?? null;
+      this.beside = this.beside.filter((id) => id !== this.openId && runs.some((run) => run.id === id));
+      await this.load(at);
+    } catch (error) {
+      this.tell(error);
+    }
+    this.render();
+  }
+
+  /** @param {unknown} error */
+  tell(error) {
+    this.loading = false;
+    this.trouble = error instanceof Error ? error.message : String(error);
+  }
+
+  /** @param {string} id */
+  open(id) {
+    this.openId = id;
+    this.beside = this.beside.filter((one) => one !== id);
+    this.load();
+  }
+
+  /** @param {string} id */
+  toggle(id) {
+    this.beside = this.beside.includes(id) ? this.beside.filter((one) => one !== id) : [...this.beside, id].slice(-MOST_BESIDE);
+    this.load();
+  }
+
+  /** Fetch what is not known yet of the open run and those beside it, and show them. @param {number} [at] s */
+  async load(at) {
+    const request = ++this.asked;
+    this.render();
+    const ids = [this.openId, ...this.beside].filter((id) => id !== null);
+    try {
+      await Promise.all(ids.flatMap((id, index) => [this.know(this.scores, id, scoreOf), ...(index < 2 ? [this.know(this.series, id, seriesOfRun)] : [])]));
+    } catch (error) {
+      if (request === this.asked) this.tell(error);
+    }
+    if (request !== this.asked || !this.shown) return;
+    const [main, ghost] = [this.openId, this.beside[0]].map((id) => {
+      const run = this.runs.find((one) => one.id === id), series = this.series.get(id ?? "");
+      return run && series ? { run, series } : null;
+    });
+    this.player.load(main, ghost);
+    if (at !== undefined) this.player.seek(at);
+    this.render();
+  }
+
+  /**
+   * @template Value
+   * @param {Map<string, Value>} known
+   * @param {string} id
+   * @param {(id: string) => Promise<Value>} ask
+   */
+  async know(known, id, ask) {
+    if (!known.has(id)) known.set(id, await ask(id));
+  }
+
+  /** @param {string | null} id */
+  planName = (id) => (id === null ? "no plan" : this.connection.state.plans?.items.find((plan) => plan.id === id)?.name ?? "a plan that is gone");
+
+  render() {
+    const { runs, openId: open, beside, loading, trouble, planName } = this;
+    this.list.show({ runs, open, beside, planName, loading, trouble });
+    const run = runs.find(({ id }) => id === open), score = open ? this.scores.get(open) : undefined;
+    this.about.hidden = !run;
+    if (run) draw(this.about, this.result(run, score));
+    this.dock.marks(score ?? null);
+    const scored = [open, ...beside].flatMap((id) => {
+      const one = runs.find((title) => title.id === id), its = this.scores.get(id ?? "");
+      return one && its ? [{ run: one, score: its }] : [];
+    });
+    this.dock.compare.show(scored, runs, planName);
+  }
+
+  /**
+   * @param {RunTitle} run
+   * @param {ScorePublic | undefined} score
+   */
+  result(run, score) {
+    if (!score) return titled(`Run of ${runName(run)}`, null, html`${modeLine(run.mode, isUncertified(run))}<p class="words" role="status">Scoring the run …</p>`);
+    const holds = feltHolds(score);
+    return html`${titled(`Run of ${runName(run)}`, null, html`
+      ${modeLine(run.mode, !score.certified)}
+      ${scoreFacts(score)}
+      ${holds.length ? html`<h3>${score.certified ? "Held" : "Contacts"}</h3>${holdList(holds, ({ t_s: at }) => this.goTo(at), MOST_HOLDS)}` : nothing}`)}`;
+  }
+
+  /** @param {number} t */
+  goTo(t) {
+    this.player.pause();
+    this.player.seek(t);
+  }
+
+  /**
+   * Space plays, unless a control has it.
+   * @param {KeyboardEvent} event
+   */
+  key(event) {
+    const target = /** @type {Partial<Element> | null} */ (event.target);
+    if (!this.shown || event.code !== "Space" || event.repeat || event.ctrlKey || event.metaKey || event.altKey) return false;
+    if (target?.closest?.("button, select, summary, [contenteditable]")) return false;
+    this.player.toggle();
+    return true;
+  }
+}

@@ -1,0 +1,130 @@
+// The plots of a run, with a mark at the time that is shown; a press or drag upon one goes there.
+import { h } from "/static/js/dom.js";
+import { fixed } from "/static/js/format.js";
+import { plotInto, plotOptions } from "/static/js/plot-line.js";
+import { THEMED } from "/static/js/theme.js";
+import { errorAlongPath, leastClearance, overTime, sampleAt, speeds, timeAlong } from "./curves.js";
+
+/** @import { Line } from "/static/js/plot-line.js" */
+/** @import { SeriesPublic } from "/static/js/types.js" */
+/** @import { Curves } from "./curves.js" */
+/** @import { Player } from "./player.js" */
+
+const LEAST_PX = 84;
+const GHOST = { colour: "--ghost", width: 1.25, dash: [5, 4] };
+
+/**
+ * @typedef {{ title: string, unit: string, lines: Line[], curves: Curves, digits: number, along?: boolean, now: (at: number) => string }} Content
+ *   along: x is the path in mm, not time. now: words for the sample of a number
+ */
+
+/** @param {SeriesPublic} main @param {SeriesPublic | null} ghost @returns {Content[]} */
+export function contentsOf(main, ghost) {
+  const runs = ghost ? [main, ghost] : [main];
+  const two = (/** @type {string} */ name) => [{ name, colour: "--accent" }, ...(ghost ? [{ name: "Other run", ...GHOST }] : [])];
+  const value = (/** @type {number | null | undefined} */ number, /** @type {number} */ digits, /** @type {string} */ unit) => (number === null || number === undefined ? "" : `${fixed(number, digits)} ${unit}`);
+  const least = leastClearance(main), moving = speeds(main);
+  const inspected = main.progress_mm.every((s) => s === null) || errorAlongPath([main]).x.length < 2;
+  const error = inspected ? overTime(runs, (series) => series.error_mm) : errorAlongPath(runs);
+  const most = Math.max(0, ...error.lines.flat().map((one) => one ?? 0));
+  const digits = most < 0.1 ? 3 : 2;
+  const colours = ["--accent", "--caution", "--target", "--ghost", "--text-soft", "--alarm", "--fits"];
+  const reach = Math.max(...main.reach_mm);
+  return [
+    { title: inspected ? "Error" : "Tip error along the path", unit: "mm", lines: two("Error"), curves: error, digits, along: !inspected, now: (at) => value(main.error_mm[at], digits, "mm") },
+    { title: "Clearance", unit: "mm", lines: two("Clearance"), curves: overTime(runs, leastClearance), digits: 1, now: (at) => (least[at] === null ? `over ${fixed(reach, 1)} mm` : `${value(least[at], 2, "mm")} to ${main.structures[main.nearest[at]] ?? ""}`) },
+    { title: "Force of the hand", unit: "N", lines: two("Force"), curves: overTime(runs, (series) => series.force_n), digits: 1, now: (at) => value(main.force_n[at], 2, "N") },
+    {
+      title: main.joints.length ? "Joint speeds" : "Speed of the tip", unit: main.joints.length ? "mm/s, °/s" : "mm/s", digits: 0,
+      lines: moving.map(({ name }, index) => ({ name, colour: colours[index % colours.length], width: 1.2 })),
+      curves: { x: main.t_s, lines: moving.map(({ values }) => values) },
+      now: (at) => { const fastest = Math.max(...moving.map(({ values }) => Math.abs(values[at]))); return main.joints.length ? `up to ${fixed(fastest, 1)}` : value(fastest, 1, "mm/s"); },
+    },
+  ];
+}
+
+export class Plots {
+  /** @param {Player} player */
+  constructor(player) {
+    this.player = player;
+    this.element = h("div", { class: "review-plots" });
+    /** @type {Plot[]} */
+    this.plots = [];
+    this.key = "";
+    player.addEventListener("change", () => this.update());
+    window.addEventListener(THEMED, () => { for (const plot of this.plots) plot.plot?.redraw(false); });
+  }
+
+  update() {
+    const { main, ghost } = this.player;
+    const key = `${main?.run.id} ${ghost?.run.id}`;
+    if (key !== this.key) {
+      this.key = key;
+      for (const plot of this.plots) plot.remove();
+      this.plots = main ? contentsOf(main.series, ghost?.series ?? null).map((content) => new Plot(content, this.player)) : [];
+      this.element.replaceChildren(...this.plots.map(({ element }) => element));
+    }
+    if (main) for (const plot of this.plots) plot.mark(main.series);
+  }
+}
+
+class Plot {
+  /**
+   * @param {Content} content
+   * @param {Player} player
+   */
+  constructor(content, player) {
+    this.content = content;
+    this.player = player;
+    this.now = h("span", { class: "number" });
+    this.line = h("div", { class: "plot-now" });
+    this.area = h("div", { class: "plot-area" });
+    this.element = h("figure", { class: "plot", "aria-label": content.title }, h("figcaption", {}, h("span", {}, content.title), this.now), this.area);
+    /** @type {ReturnType<typeof plotInto> | null} */
+    this.plot = null;
+    this.watch = new ResizeObserver(() => this.fit());
+    this.watch.observe(this.area);
+  }
+
+  fit() {
+    const width = this.area.clientWidth, height = Math.max(this.area.clientHeight, LEAST_PX);
+    const { content } = this;
+    if (!width || content.curves.x.length < 2) return;
+    if (this.plot) {
+      this.plot.setSize({ width, height });
+    } else {
+      const signed = content.lines.length > 2;
+      const options = plotOptions({ width, height, lines: content.lines, unit: content.unit, digits: content.digits, least: signed ? null : 0, x: (value) => `${fixed(value, value % 1 ? 1 : 0)} ${content.along ? "mm" : "s"}` });
+      this.plot = plotInto(options, [content.curves.x, ...content.curves.lines], this.area);
+      this.plot.over.append(this.line);
+      this.plot.over.addEventListener("pointerdown", (event) => this.pressed(event));
+      this.plot.over.addEventListener("pointermove", (event) => { if (event.buttons & 1) this.pressed(event); });
+    }
+    if (this.player.main) this.mark(this.player.main.series);
+  }
+
+  /** @param {PointerEvent} event */
+  pressed({ clientX }) {
+    const { plot, player } = this;
+    if (!plot || !player.main) return;
+    const x = plot.posToVal(clientX - plot.over.getBoundingClientRect().left, "x");
+    player.pause();
+    player.seek(this.content.along ? timeAlong(player.main.series, x) : x);
+  }
+
+  /** @param {SeriesPublic} series */
+  mark(series) {
+    const at = sampleAt(series.t_s, this.player.t);
+    const words = this.content.now(at);
+    if (this.now.textContent !== words) this.now.textContent = words;
+    const x = this.content.along ? series.progress_mm[at] : this.player.t;
+    this.line.hidden = x === null || !this.plot;
+    if (this.plot && x !== null) this.line.style.translate = `${this.plot.valToPos(x, "x").toFixed(1)}px 0`;
+  }
+
+  remove() {
+    this.watch.disconnect();
+    this.plot?.destroy();
+  }
+}
+

@@ -1,0 +1,66 @@
+// Plots by uPlot in the page's colours, with a cursor that other parts set and hear.
+import uPlot from "/static/lib/uplot/dist/uPlot.esm.js";
+import { fixed } from "./format.js";
+
+/** @import { AlignedData, Axis, Options, Series } from "/static/lib/uplot/dist/uPlot.esm.js" */
+
+/** @typedef {{ name: string, colour: string, width?: number, dash?: number[], points?: boolean }} Line colour: of the page, such as '--accent' */
+
+const FONT = "11px system-ui, sans-serif";
+
+/**
+ * A colour of the page's theme as it is now.
+ * @param {string} name
+ */
+export function themed(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+}
+
+/**
+ * Options that all plots share: axes in the page's colours, a thin cursor, no legend of uPlot's own.
+ * @param {{ width: number, height: number, lines: Line[], x: (value: number) => string, unit: string, digits?: number, sync?: string, least?: number | null }} what
+ *   x: words of a value of the x axis. least: lower end of the y axis, null for that of the data
+ * @returns {Options}
+ */
+export function plotOptions({ width, height, lines, x, unit, digits = 1, sync, least = 0 }) {
+  const faint = () => themed("--text-faint"), grid = { stroke: () => themed("--line"), width: 1 };
+  /** @type {Axis} */
+  const common = { stroke: faint, grid, ticks: { show: false }, font: FONT };
+  return {
+    width, height,
+    padding: [6, 10, 0, 0],
+    legend: { show: false },
+    cursor: { drag: { x: false, y: false }, points: { size: 6 }, ...(sync ? { sync: { key: sync } } : {}) },
+    scales: { x: { time: false }, y: { range: (...[, low, high]) => rangeOf(least ?? low, high) } },
+    axes: [
+      { ...common, size: 22, values: (...[, values]) => values.map((value) => x(value)) },
+      { ...common, size: 46, values: (...[, values]) => values.map((value) => fixed(value, digits)), label: unit, labelSize: 14, labelFont: FONT, labelGap: 0 },
+    ],
+    series: [{}, ...lines.map((line) => seriesOf(line))],
+  };
+}
+
+/** @param {Line} line @returns {Series} */
+function seriesOf({ name, colour, width = 1.5, dash, points = false }) {
+  const stroke = () => (colour.startsWith("--") ? themed(colour) : colour);
+  return { label: name, stroke, width, ...(dash ? { dash } : {}), points: { show: points, size: 6, fill: stroke }, spanGaps: false };
+}
+
+/**
+ * @param {number | null} low
+ * @param {number | null} high
+ * @returns {[number, number]}
+ */
+function rangeOf(low, high) {
+  const from = low ?? 0, to = high ?? 1;
+  return to > from ? [Math.min(from, low ?? from), to + 0.06 * (to - from)] : [from, from + 1];
+}
+
+/**
+ * @param {Options} options
+ * @param {AlignedData} data
+ * @param {HTMLElement} root
+ */
+export function plotInto(options, data, root) {
+  return new uPlot(options, data, root);
+}

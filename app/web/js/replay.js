@@ -1,0 +1,32 @@
+// What is replayed of recorded runs at the present moment: shown by the scene and the slices, with no work of the planner.
+
+/** @import { Triple } from "./slices/grid.js" */
+
+/**
+ * A tool of a run at one moment, and the way of its tip over the whole run; all in LPS mm.
+ * @typedef {{ key: string, ghost: boolean, segments: [Triple, Triple][], radii: number[], way: Triple[] }} ReplayedTool
+ *   key: of the run. segments: axes of the tool's parts from the tip on. ghost: another run beside the one that is looked at
+ */
+
+/** Says `change`; the page has one. */
+export class Replay extends EventTarget {
+  constructor() {
+    super();
+    /** @type {ReplayedTool[]} the run first */
+    this.tools = [];
+  }
+
+  /** @param {ReplayedTool[]} tools */
+  show(tools) {
+    if (!tools.length && !this.tools.length) return;
+    this.tools = tools;
+    this.dispatchEvent(new Event("change"));
+  }
+
+  /** Where the tip of the run is. @returns {Triple | undefined} */
+  get tip() {
+    return this.tools[0]?.segments[0]?.[1];
+  }
+}
+
+export const replay = new Replay();

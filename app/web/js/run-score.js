@@ -1,0 +1,67 @@
+// The score of a run as rows of a panel, and its holds, each of which opens its moment.
+import { fixed, sentence } from "./format.js";
+import { UNCERTIFIED, duration, millimetres, modeWord } from "./runs.js";
+import { html, more, nothing } from "./template.js";
+
+/** @import { HoldPublic, ScorePublic } from "./types.js" */
+
+const SHORTEST_S = 0.05; // a hold that was shorter nobody has felt
+const MOST_HOLDS = 5;
+
+/** @typedef {{ name: string, value: string, worse?: boolean }} Fact worse: something to look at */
+
+/**
+ * Mode of a run, and in colour that it had no certificate.
+ * @param {string | null} mode
+ * @param {boolean} uncertified
+ */
+export function modeLine(mode, uncertified) {
+  return html`<p class="run-mode" data-uncertified=${String(uncertified)}><strong>${modeWord(mode)}</strong>${uncertified ? html`<span class="pill">${UNCERTIFIED}</span>` : nothing}</p>`;
+}
+
+/**
+ * What is worth saying of a run, in the order in which it is read.
+ * @param {ScorePublic} score
+ * @returns {Fact[]}
+ */
+export function factsOf(score) {
+  const { path_error_mm: path, target_error_mm: target } = score;
+  /** @type {Fact[]} */
+  const facts = [{ name: "Time", value: duration(score.time_s) }];
+  if (path) facts.push({ name: "Tip error, mean", value: millimetres(path.robot_frame.mean) }, { name: "Tip error, largest", value: millimetres(path.robot_frame.max) });
+  if (target) facts.push({ name: "Target error, mean", value: millimetres(target.robot_frame.mean) });
+  if (score.angle_deg !== null) facts.push({ name: "Angle covered", value: `${fixed(score.angle_deg, 0)}°` });
+  for (const [name, least] of Object.entries(score.least_clearance_mm)) facts.push({ name: `Nearest to ${name}`, value: `${least >= score.reach_mm - 1e-6 ? "≥ " : ""}${millimetres(least)}`, worse: least < 0 });
+  if (score.contacts) facts.push({ name: "Contacts", value: `${score.contacts}, up to ${fixed(score.max_depth_mm, 1)} mm deep`, worse: true });
+  else if (!score.certified) facts.push({ name: "Contacts", value: "none" });
+  facts.push({ name: "Held", value: duration(score.held_s) });
+  if (score.spectral_arc_length !== null) facts.push({ name: "Smoothness", value: fixed(score.spectral_arc_length, 2) });
+  return facts;
+}
+
+/** @param {ScorePublic} score */
+export function scoreFacts(score) {
+  return html`<dl class="facts run-facts">${factsOf(score).map(({ name, value, worse }) => html`<dt>${name}${name === "Smoothness" ? more("Spectral arc length; 0 is smoothest. Compare equal tasks only.") : nothing}</dt><dd class=${worse ? "worse" : ""}>${value}</dd>`)}</dl>`;
+}
+
+/**
+ * The holds that were felt, the longest first.
+ * @param {ScorePublic} score
+ */
+export function feltHolds({ holds }) {
+  return holds.filter(({ kind, duration_s: length }) => kind === "contact" || length >= SHORTEST_S).sort((a, b) => b.duration_s - a.duration_s);
+}
+
+/**
+ * A list of holds, or of contacts of a free hand; each is a button that goes there.
+ * @param {HoldPublic[]} holds
+ * @param {(hold: HoldPublic) => void} open
+ * @param {number} [most]
+ */
+export function holdList(holds, open, most = MOST_HOLDS) {
+  if (!holds.length) return nothing;
+  const left = holds.length - most;
+  return html`<ul class="run-holds" aria-label="Holds">${holds.slice(0, most).map((hold) => html`<li>
+    <button type="button" class="plain" title="Show this moment" @click=${() => open(hold)}><span>${sentence(hold.reason)}</span><span class="number">${duration(hold.duration_s)}</span></button></li>`)}</ul>
+    ${left > 0 ? html`<p class="words quiet">${left} more in Review.</p>` : nothing}`;
+}

@@ -1,0 +1,93 @@
+// Runs of the open head as the planner stores them, and the words for what they are worth.
+import { fixed, whenShort } from "./format.js";
+import { read } from "./rest.js";
+
+/** @import { RunTitle, ScorePublic, SeriesPublic } from "./types.js" */
+
+/** @type {Record<string, string | undefined>} */
+const MODES = { freehand: "Freehand", "hands-on": "Hands-on", teleoperated: "Teleoperated", mixed: "Mixed modes" };
+const MOST = 10; // of a learning curve
+export const UNCERTIFIED = "without the certificate";
+
+/**
+ * Runs that can be scored, newest first.
+ * @param {string} caseId
+ * @returns {Promise<RunTitle[]>}
+ */
+export async function runsOf(caseId) {
+  /** @type {RunTitle[]} */
+  const runs = await read(`/api/v1/cases/${encodeURIComponent(caseId)}/runs`);
+  return runs.filter(({ mode }) => mode !== null);
+}
+
+/** @param {string} id @returns {Promise<ScorePublic>} */
+export function scoreOf(id) {
+  return read(`/api/v1/runs/${encodeURIComponent(id)}/score`);
+}
+
+/** @param {string} id @returns {Promise<SeriesPublic>} */
+export function seriesOfRun(id) {
+  return read(`/api/v1/runs/${encodeURIComponent(id)}/series`);
+}
+
+/** @param {string | null | undefined} mode */
+export function modeWord(mode) {
+  return MODES[mode ?? ""] ?? "Unknown mode";
+}
+
+/**
+ * Whether a run was driven outside the certificate; of a run whose score is not known, by its mode.
+ * @param {Pick<RunTitle, "mode" | "score">} run
+ */
+export function isUncertified({ mode, score }) {
+  return score ? !score.certified : mode === "freehand";
+}
+
+/**
+ * Seconds as people say them: '42.1 s', '2:05 min'.
+ * @param {number | null | undefined} seconds
+ */
+export function duration(seconds) {
+  if (seconds === null || seconds === undefined || !Number.isFinite(seconds)) return "–";
+  if (seconds < 60) return `${fixed(seconds, 1)} s`;
+  const whole = Math.round(seconds);
+  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")} min`;
+}
+
+/**
+ * A length in mm with as many digits as it deserves: errors of a robot are hundredths.
+ * @param {number | null | undefined} value
+ */
+export function millimetres(value) {
+  if (value !== null && value !== undefined && value > 0 && value < 0.0005) return "< 0.001 mm";
+  return `${fixed(value, Math.abs(value ?? 1) < 0.1 ? 3 : 2)} mm`;
+}
+
+/** @param {RunTitle} run */
+export function runName({ recorded }) {
+  return whenShort(recorded);
+}
+
+/**
+ * The completed runs of a mode, oldest first, at most the last ten.
+ * @param {RunTitle[]} runs newest first
+ * @param {string} mode
+ */
+export function lastOf(runs, mode) {
+  return runs.filter((run) => run.mode === mode && run.score?.completed).slice(0, MOST).reverse();
+}
+
+/**
+ * One line for the newest completed run of every other mode.
+ * @param {RunTitle[]} runs newest first
+ * @param {string} mode
+ */
+export function otherModes(runs, mode) {
+  const modes = [...new Set(runs.map((run) => run.mode ?? ""))].filter((one) => one && one !== mode);
+  return modes.flatMap((one) => lastOf(runs, one).slice(-1)).map((run) => ({
+    id: run.id,
+    name: modeWord(run.mode),
+    uncertified: isUncertified(run),
+    words: `${fixed(run.score?.time_s, 1)} s, ${millimetres(run.score?.error_mm)}${run.score?.contacts ? `, ${run.score.contacts} contacts` : ""}`,
+  }));
+}

@@ -1,0 +1,79 @@
+"""REST: score and series of stored runs, computed once, and gone with the run."""
+
+from __future__ import annotations
+
+import tarfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rest_client import Client, opened_client
+
+from app.drives.run_scores import FILE
+from app.services import Services, build_services
+from app.settings import Settings
+from vfix_engine.runtime.run import Run
+from vfix_engine.study.holds import holds_of
+from vfix_engine.study.metrics import score_run
+from vfix_engine.study.series import series_of
+
+OLD_HOME = Path(__file__).resolve().parents[2] / "data" / "old_home" / "home.tar.xz"
+
+
+@pytest.fixture
+def services(tmp_path: Path) -> Iterator[Services]:
+    """A home of an earlier version, which holds a run of each world."""
+    with tarfile.open(OLD_HOME) as archive:
+        archive.extractall(tmp_path, filter="data")
+    opened = build_services(Settings(home=tmp_path / "home", port=0))
+    yield opened
+    opened.close()
+
+
+def test_a_run_is_scored_once_and_its_series_are_downloaded(services: Services) -> None:
+    client: Client = opened_client(services)
+    runs = {one["world"]: one for one in client.get("/api/v1/runs").json()}
+    rigid, snake = runs["rigid"], runs["snake"]
+    assert (rigid["mode"], rigid["score"]) == ("hands-on", None), "nobody has asked yet"
+    path = f"/api/v1/runs/{rigid['id']}"
+
+    score = client.get(f"{path}/score").json()
+    with services.runs.laid_out(rigid["id"]) as place:
+        run = Run.read(place)
+    expected = score_run(run).to_dict()
+    assert {key: score[key] for key in ("samples", "time_s", "contacts", "held_s")} == {
+        key: expected[key] for key in ("samples", "time_s", "contacts", "held_s")
+    }
+    assert score["holds"] == [{**one.to_dict(), "place": list(one.place)} for one in holds_of(run)]
+    short = next(one["score"] for one in client.get("/api/v1/runs").json() if one["id"] == rigid["id"])
+    assert short["time_s"] == score["time_s"]
+    assert short["clearance_mm"] == min(score["least_clearance_mm"].values())
+    assert short["certified"] is True
+
+    told, series = client.get(f"{path}/series").json(), series_of(run)
+    assert len(told["t_s"]) == len(told["segments"]) == len(told["speed"][0]) <= 30 * series.t[-1] + 1
+    assert told["t_s"][-1] == pytest.approx(series.t[-1], abs=1e-4)
+    assert np.array(told["segments"])[-1, 0, 3:] == pytest.approx(series.tip[-1], abs=1e-3)
+    least = series.clearance.min()
+    if (series.clearance < series.reach[:, None]).any():
+        assert min(v for row in told["clearance_mm"] for v in row if v is not None) == pytest.approx(least, abs=1e-4)
+
+    for what in ("score", "series"):
+        refused = client.get(f"/api/v1/runs/{snake['id']}/{what}")
+        assert refused.status_code == 422
+        assert "no rigid tool" in refused.json()["error"]["message"]
+        assert client.get(f"/api/v1/runs/nobody/{what}").status_code == 404
+
+    key = rigid["files"]["ticks.f64"]["sha256"]
+    services.sweep()
+    kept = services.store.derived.path(key, FILE)
+    assert kept is not None
+    kept.write_text("{", encoding="utf-8")
+    assert type(services.run_scores)(services.store, services.runs).of(rigid["id"]) == services.run_scores.of(
+        rigid["id"]
+    )
+    assert client.delete(path).status_code == 204
+    services.sweep()
+    assert services.store.derived.path(key, FILE) is None
+    client.close()

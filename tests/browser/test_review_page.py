@@ -1,0 +1,119 @@
+"""Review in a real browser: a short rehearsal, its card, its replay beside another run, and the comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+from workstation import DRIVEN_S, Planner, Rest, Workstation
+
+from app.cases.model import HEAD_PHANTOM
+from app.services import build_services
+from app.settings import Settings
+from tests.engine.study.test_series import ASIDE, CALM, recorded, scene
+from vfix_engine.worlds.freehand.spec import FreehandSpec
+
+pytestmark = pytest.mark.browser
+Open = Callable[..., Workstation]
+
+# Whether the replayed tool stands in the scene where the run had it: the tips of all that the page has put there.
+REPLAYED = """() => {
+  const found = [];
+  vfix.layer?.hooks.each((object) => { if (object.userData.vfixReplay) found.push(object.position.toArray()); });
+  return found;
+}"""
+# Whether a slice shows the tool, in its yellow.
+YELLOW = """() => [...document.querySelectorAll('.slice canvas')].some((one) => {
+  const data = one.getContext('2d')?.getImageData(0, 0, one.width, one.height).data ?? [];
+  const yellow = (at) => data[at] > 230 && data[at + 1] > 190 && data[at + 2] < 140 && data[at + 3] > 200;
+  for (let at = 0; at < data.length; at += 4) if (yellow(at)) return true;
+  return false;
+})"""
+
+
+def freehand_run(planner: Planner, plan_id: str, folder: Path) -> str:
+    """Store a drive of a free hand on the plan, outside the certificate."""
+
+    def act(driver: Any, step: Callable[..., None]) -> None:
+        step(ASIDE, count=60)
+        step(-ASIDE, count=20)
+
+    recorded(folder, FreehandSpec(scene(), CALM), act)
+    services = build_services(Settings(home=planner.home, port=0))
+    try:
+        run = services.runs.keep(folder / "freehand", origin="page", case_id=HEAD_PHANTOM, plan_id=plan_id)
+        services.run_scores.of(run.id)
+    finally:
+        services.close()
+    return run.id
+
+
+def drive(station: Workstation, far: float) -> None:
+    """A short rehearsal, finished on the way."""
+    station.page.click("[data-step=rehearse]")
+    station.page.click("#start" if not station.page.locator("#run-again").is_visible() else "#run-again")
+    station.wait_for("the robot", lambda: station.state("rehearsal")["state"] == "running", DRIVEN_S)
+    station.drive_until("ArrowUp", "a way", lambda: station.rehearsal()["progress_mm"] > far, DRIVEN_S)
+    station.page.keyboard.up("ArrowUp")
+    station.page.click("#finish-run")
+    station.wait_for("the card", lambda: station.page.locator("#run-replay").is_visible(), DRIVEN_S)
+
+
+def test_a_rehearsal_ends_with_a_card_and_is_reviewed(
+    open_page: Open, rest: Rest, planner: Planner, tmp_path: Path
+) -> None:
+    station = open_page().ready()
+    page, plan = station.page, rest.copy_of_sample("Reviewed")
+    station.open_plan(plan)
+    hand = freehand_run(planner, plan, tmp_path)
+    drive(station, 2.0)
+    card = page.locator("#end-card")
+    expect(card).to_contain_text("Hands-on")
+    expect(card).to_contain_text("Tip error, mean")
+    expect(card).not_to_contain_text("without the certificate")
+    station.picture("end-card")
+    drive(station, 4.0)
+    newest, before = (run["id"] for run in rest.runs(HEAD_PHANTOM) if run["plan_id"] == plan and run["id"] != hand)
+    station.picture("end-card-again")
+
+    page.click("#run-compare")
+    expect(page.locator(".review-dock")).to_be_visible()
+    expect(page.locator("table.compare tbody tr").first).to_contain_text("Time")
+    expect(page.locator(f"li[data-run={newest}]")).to_have_attribute("aria-current", "true")
+    expect(page.locator(f"li[data-run={before}] .beside")).to_have_attribute("aria-pressed", "true")
+    page.click(f"li[data-run={hand}] .beside")
+    expect(page.locator("table.compare .pill")).to_have_text("without the certificate")
+    expect(page.locator(f"li[data-run={hand}] .pill")).to_have_text("without the certificate")
+    station.picture("review-compare")
+
+    page.click("#show-plots")
+    expect(page.locator(".review-plots .u-over")).to_have_count(4)
+    station.see_scene()
+    series, other = (rest.client.get(f"/api/v1/runs/{run}/series").json() for run in (newest, before))
+    end = max(series["t_s"][-1], other["t_s"][-1])
+    page.focus("#run-time")
+    page.keyboard.press("End")
+    expect(page.locator(".timeline-time")).to_contain_text(f"{end:.1f} / {end:.1f}")
+    starts = station.wait_for("the tool", lambda: page.evaluate(REPLAYED))
+    part = series["segments"][-1][1][:3]
+    assert min(np.linalg.norm(np.array(place) - part) for place in starts) < 0.05, "the shaft is where the run ends"
+    station.wait_for("the tool in a slice", lambda: page.evaluate(YELLOW))
+    station.picture("review")
+    page.keyboard.press("Home")
+    expect(page.locator(".timeline-time")).to_contain_text("0.0 / ")
+    page.click("#play-run")
+    station.wait_for("the replay", lambda: float(page.input_value("#run-time")) > 0.3)
+    page.keyboard.press("Space")
+    expect(page.locator("#play-run")).to_have_attribute("aria-label", "Play")
+    page.select_option("#filter-mode", "freehand")
+    expect(page.locator("#runs li")).to_have_count(1)
+    page.click(f"li[data-run={hand}] .row-main")
+    expect(page.locator("#run-score")).to_contain_text("without the certificate")
+    expect(page.locator("#run-score")).to_contain_text("Contacts")
+    page.click("[data-step=plan]")
+    station.wait_for("nothing of a replay", lambda: not page.evaluate(REPLAYED))
+    assert station.errors == []
