@@ -83,5 +83,5 @@ function words({ stages, difference_mm: apart, clearance_mm: clear, clearance_ca
   if (!stages.some(({ on }) => on)) return OFF;
   if (apart === null) return "Shown once the robot is in place.";
   const bone = clear === null ? "" : clear < 0 ? `, ${fixed(-clear, 2)} mm in bone` : `, ${capped ? "over " : ""}${fixed(clear, 2)} mm from bone`;
-  return `True tip ${fixed(apart, 2)} mm off${bone}${below ? ": inside the margin" : ""}.`;
+  return `${below ? "Too near: true tip" : "True tip"} ${fixed(apart, 2)} mm off${bone}.`;
 }
