@@ -112,7 +112,7 @@ class RecordedOperator:
         if run.mode not in MODES:
             raise InputError(f"a run {'of mixed modes' if run.mode else 'without a mode'} has no hand to repeat")
         device = run.manifest.get("device") or "position"
-        self.control = Control(cast(ControlMode, run.mode), device)
+        self.control = Control(run.mode, device)
         self._commands = [run.command(index) for index in range(first, len(run.ticks))]
         self._end = np.maximum.accumulate(run.column("t")[first:])
         self.duration_s, self._step = float(self._end[-1]), 0
