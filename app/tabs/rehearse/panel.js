@@ -90,10 +90,12 @@ export default class RehearsePanel {
     this.unrecorded = h("p", { class: "words caution", id: "unrecorded", role: "status", hidden: true });
     this.endCard = new EndCard(connection);
     this.element = h("div", {}, this.endCard.element,
-      group("Handle", null, this.leaseWords, this.leaseButton),
+      group("Drive", null, this.words, this.unrecorded, this.registration.element, this.tissueWords, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
+      this.controls.element,
       group("Task", null, this.modes, this.target, this.modeWords,
         h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
         this.progressWords, this.progress, this.soFar),
+      group("Handle", null, this.leaseWords, this.leaseButton),
       this.devices.element,
       this.truth.element,
       this.rehearsalOptions.element,
