@@ -124,6 +124,7 @@ export default class ReviewPanel {
       return run && series ? { run, series } : null;
     });
     this.player.load(main, ghost);
+    this.runs = this.runs.map((run) => (run.score || !this.scores.has(run.id) ? run : { ...run, score: shortOf(/** @type {ScorePublic} */ (this.scores.get(run.id))) }));
     if (at !== undefined) this.player.seek(at);
     this.render();
   }
@@ -185,4 +186,15 @@ export default class ReviewPanel {
     this.player.toggle();
     return true;
   }
+}
+
+/**
+ * What a list says of a run that was scored since it was read.
+ * @param {ScorePublic} score
+ */
+function shortOf({ certified, completed, time_s: time, path_error_mm: error, least_clearance_mm: least, contacts, held_s: held }) {
+  return {
+    certified, completed, contacts, time_s: time, held_s: held, error_mm: error?.robot_frame.mean ?? null, error_max_mm: error?.robot_frame.max ?? null,
+    clearance_mm: Math.min(...Object.values(least)),
+  };
 }
