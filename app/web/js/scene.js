@@ -8,6 +8,7 @@ import { LAID_OUT } from "./layout.js";
 import { letterOf } from "./letters.js";
 import { replay } from "./replay.js";
 import { SceneLayer } from "./scene-layer/layer.js";
+import { ViewFollower } from "./scene-layer/view-follower.js";
 import { THEMED } from "./theme.js";
 
 /** @import { Connection } from "./connection.js" */
@@ -35,6 +36,7 @@ export class SceneFrame {
     this.isClosed = false;
     this.software = drawsInSoftware();
     this.layout = "";
+    this.follower = new ViewFollower();
     this.rests = false; // without a graphics card, while the endoscope is large and the tool moves
     /** @type {number | undefined} until it rests */
     this.restTimer = undefined;
@@ -218,6 +220,7 @@ export class SceneFrame {
       this.waitWords.textContent = state.scene?.words ?? "Preparing the scene …";
     }
     this.restIfMust(state);
+    this.follower.at(state.step?.name === "rehearse" ? state.rehearsal?.tip : undefined, this.layer?.turning, this.holding);
     this.layer?.update(state.labels, state.camera, state.view?.skin);
     this.changedLegend([state.corridor?.scale, state.step?.name, hasErrorBalls(state)], () => this.renderLegend(state.corridor?.scale, hasErrorBalls(state)));
     const height = state.camera?.view_height_mm;

@@ -47,7 +47,7 @@ export class EndoscopeView {
     });
     this.tools = new ScopeTools(this.canvas, (moves) => this.seenAnew(moves), () => this.save());
     this.cues = new NearnessCues();
-    this.tools.element.append(...this.cues.buttons);
+    this.tools.saveButton.before(...this.cues.buttons);
     this.swapButton = h("button", { type: "button", class: "icon plain scope-swap", id: "scope-swap", onclick: () => page.swap() }, icon("large"));
     this.nearness = new NearnessGauge();
     this.source = h("span", { id: "scope-source" });
