@@ -107,8 +107,7 @@ def series_of(run: Run, spec: SystemSpec | None = None) -> RunSeries:
         error[following] = _apart(samples.path.position(samples.path_s[following]), samples.believed[following])
     inspecting = samples.phase == _ON_TARGET
     if inspecting.any():
-        points = samples.view_point(samples.tip[inspecting], samples.rotation[inspecting], inspecting)
-        error[inspecting] = _apart(points, samples.targets[samples.target[inspecting]])
+        error[inspecting] = _apart(samples.view_point[inspecting], samples.targets[samples.target[inspecting]])
     return RunSeries(
         t=np.cumsum(samples.period_s),
         tip=samples.tip,

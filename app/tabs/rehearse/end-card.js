@@ -3,7 +3,7 @@ import { h } from "/static/js/dom.js";
 import { jobWatch } from "/static/js/jobs.js";
 import { openRun } from "/static/js/open-run.js";
 import { feltHolds, holdList, modeLine, scoreFacts } from "/static/js/run-score.js";
-import { UNCERTIFIED, isUncertified, lastOf, otherModes, runsOf, scoreOf } from "/static/js/runs.js";
+import { UNCERTIFIED, isUncertified, lastOf, otherModes, runsOf, saveReport, scoreOf } from "/static/js/runs.js";
 import { draw, html, nothing, titled } from "/static/js/template.js";
 import { LearningCurve } from "./learning-curve.js";
 
@@ -109,6 +109,7 @@ export class EndCard {
       <div class="buttons even"><button type="button" class="primary" id="run-again" data-command="rehearsal.start" @click=${() => this.connection.send("rehearsal.start")}>Again</button
         ><button type="button" id="run-replay" data-command="step.set" @click=${() => openRun(this.connection, { run: run.id })}>Replay</button></div>
       <div class="buttons even"><button type="button" id="run-compare" ?disabled=${runs.length < 2} title=${runs.length < 2 ? "This is the first run of the plan" : "Beside the run before"}
-        @click=${() => openRun(this.connection, { run: run.id, compare: [runs[1].id] })}>Compare</button></div>`)}`;
+        @click=${() => openRun(this.connection, { run: run.id, compare: [runs[1].id] })}>Compare</button
+        ><button type="button" id="run-report" title="A page to print" @click=${() => saveReport([run.id])}>Report</button></div>`)}`;
   }
 }
