@@ -10,7 +10,7 @@ from __future__ import annotations
 import base64
 import sys
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from importlib import import_module
 from typing import Any
 
@@ -79,12 +79,16 @@ def _class_of(name: str) -> Any:
 
 
 def _made(kind: Any, values: dict[str, Any]) -> Any:
-    """Create the record with exactly these values, without its constructor, which might normalise them again."""
+    """Create the record with exactly these values, without its constructor, which might normalise them again.
+
+    A field that came after the record was written has its default, which leaves a drive as it was without the field.
+    """
     if hasattr(kind, "_fields"):
         return kind(**values)
     one = object.__new__(kind)
     for field in fields(kind):
-        if field.name not in values:
+        value = values.get(field.name, field.default)
+        if value is MISSING:
             raise InputError(f"a record of the class {kind.__name__} lacks '{field.name}'")
-        object.__setattr__(one, field.name, values[field.name])
+        object.__setattr__(one, field.name, value)
     return one

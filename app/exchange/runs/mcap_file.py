@@ -76,7 +76,7 @@ class _ProtobufWriter:
     """Messages by topic; a channel has its schema with all that it imports."""
 
     def __init__(self, file: Any) -> None:
-        self._writer = Writer(file)
+        self._writer: Any = Writer(file)  # a library without types
         self._writer.start(profile="", library="vfix")
         self._channels: dict[str, int] = {}
 

@@ -18,6 +18,7 @@ import { THEMED } from "./theme.js";
 export const TOUCHED = "vfix:scene-touched";
 
 const SOFTWARE_RESOLUTION = 0.6;
+const STILL_MS = 400; // until a scene that rests has been drawn in its size
 const SCALES_MM = [1, 2, 5, 10, 20, 50, 100, 200];
 
 export class SceneFrame {
@@ -35,6 +36,8 @@ export class SceneFrame {
     this.software = drawsInSoftware();
     this.layout = "";
     this.rests = false; // without a graphics card, while the endoscope is large and the tool moves
+    /** @type {number | undefined} until it rests */
+    this.restTimer = undefined;
     this.changedLegend = whenChanged();
     this.holding = false;
     /** @type {CSSStyleSheet | null} of the page within the frame */
@@ -50,7 +53,10 @@ export class SceneFrame {
       this.restIfMust(this.connection.state);
       this.drawIfSeen();
     });
-    new ResizeObserver(() => this.drawIfSeen()).observe(this.frame);
+    new ResizeObserver(() => {
+      if (this.rests) this.drawOnce();
+      this.drawIfSeen();
+    }).observe(this.frame);
     window.addEventListener(LET_GO, () => this.pointerGone());
     pacing.addEventListener("scale", () => this.layer?.hooks.resolve(pacing.scale));
     replay.addEventListener("change", () => this.layer?.replayed.show(replay.tools));
@@ -140,8 +146,20 @@ export class SceneFrame {
     this.sheet = null;
   }
 
+  /** A scene that rests shows the picture of when it began to, also in another size: its canvas is empty then. */
+  drawOnce() {
+    clearTimeout(this.restTimer);
+    this.layer?.hooks.draw(true);
+    this.drawn = true;
+    this.restTimer = setTimeout(() => {
+      this.restTimer = undefined;
+      this.drawIfSeen();
+    }, STILL_MS);
+  }
+
   /** A hidden frame continues to draw unless it is notified. */
   drawIfSeen() {
+    if (this.restTimer !== undefined) return;
     const seen = !this.rests && this.frame.checkVisibility({ visibilityProperty: true }) && this.frame.clientHeight > 0;
     if (!this.layer || seen === this.drawn) return;
     this.drawn = seen;
@@ -157,6 +175,7 @@ export class SceneFrame {
     if (rests === this.rests) return;
     this.rests = rests;
     byId("scene-rests").hidden = !rests;
+    if (rests) this.drawOnce();
     this.drawIfSeen();
   }
 
