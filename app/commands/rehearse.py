@@ -14,23 +14,23 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from app.commands.found_runs import find_run, optional_services
 from app.commands.head_options import say_notes, told_of_file
 from app.commands.recorded_run import RecordedRun
 from app.commands.rehearse_arguments import add_arguments, check_arguments
 from app.commands.rehearse_errors import Truths
 from app.commands.rehearse_freehand import drive_freehand
+from app.commands.rehearse_person import led_by_person
 from app.commands.rehearse_scene import build_scene, robots_of
 from app.exchange.resolve import (
     resolve_case,
     resolve_plan,
 )
-from app.extras import has_app
 from app.planning.distance_fields import plan_ways
 from app.planning.piercing import PiercedReport, pierced_by_poses
 from app.plans.imported_places import path_notes
 from app.plans.model import Plan
-from app.services import Services, build_services
-from app.settings import Settings
+from app.services import Services
 from vfix_engine.anatomy.head_import import HeadRequest
 from vfix_engine.anatomy.soft_tissue import tissue_passed
 from vfix_engine.control import ControlSettings
@@ -38,10 +38,13 @@ from vfix_engine.errors import VfixError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.system import Column, SystemSpec
+from vfix_engine.study.metrics import score_run
 from vfix_engine.worlds.freehand.spec import FreehandSpec, of_free_hand
 from vfix_engine.worlds.freehand.system import FreehandSystem
+from vfix_engine.worlds.rigid.covariance_watch import CovarianceWatch
 from vfix_engine.worlds.rigid.dry_run import STATION_MM
 from vfix_engine.worlds.rigid.headless import HeadlessRun
+from vfix_engine.worlds.rigid.operators import RecordedOperator
 from vfix_engine.worlds.rigid.presets import PRESETS
 from vfix_engine.worlds.rigid.rehearsal import Rehearsal
 from vfix_engine.worlds.rigid.scene import Scene
@@ -56,20 +59,21 @@ SWINGING_STEPS = 4000
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
     parser = subparsers.add_parser("rehearse", help="run a rehearsal without a page", description=__doc__)
-    add_arguments(parser, operators=tuple(DRIVES))
+    add_arguments(parser)
     return parser
 
 
 def run(args: argparse.Namespace) -> int:
     """Exit status 0 when the task was completed, 1 otherwise."""
     check_arguments(args)
-    services = build_services(Settings.from_environment()) if has_app() else None
+    services = optional_services()
+    hand = None if args.hand is None else find_run(services, args.hand).run
     case = resolve_case(services, args.case, HeadRequest(Path(args.case), **told_of_file(args)))
     resolved = resolve_plan(services, case, args.plan)
     plan = resolved.plan
     if args.path is not None:
         plan = replace(plan, content=plan.content.along(args.path))
-    plan, registration, lost = _registered(services, plan)
+    plan, registration, lost = registered_plan(services, plan)
     told = (plan.told,) if plan.told else ()
     notes = (*case.notes, *told, *path_notes(plan.content.points, case.mesh.bounds), *lost)
     say_notes(notes)
@@ -87,7 +91,7 @@ def run(args: argparse.Namespace) -> int:
         report["standing"] = held_by
     truths = Truths(args, services, plan, scene, settings.kept_mm - settings.deflection_mm)
     poses, ways = Poses(truths.add), plan_ways(case.scans, plan)
-    world = _world(scene, settings, args, poses)
+    world = _world(scene, settings, args, poses, None if hand is None else RecordedOperator(hand))
     recorded = _recorded(services, world.spec, world.row_layout, args)
     try:
         report |= world.drive(recorded)
@@ -99,6 +103,9 @@ def run(args: argparse.Namespace) -> int:
     if recorded is not None:
         kept = recorded.keep(case.id, plan.id if plan.revision else None, ways, args.record)  # a file's plan has no id
         report |= {} if services is None else {"run": kept}
+        if hand is not None:
+            own = None if kept is None else score_run(find_run(services, kept).run).to_dict()
+            report |= {"hand": args.hand, "scores": {"hand": score_run(hand).to_dict(), "run": own}}
     if obstacle:
         report["placing_reason"] = obstacle
     if not report["completed"]:
@@ -127,19 +134,21 @@ class _World(NamedTuple):
     drive: Callable[[RecordedRun | None], dict[str, Any]]
 
 
-def _world(scene: Scene, settings: ControlSettings, args: argparse.Namespace, poses: Poses) -> _World:
-    """A free hand, or a hand on the robot."""
+def _world(
+    scene: Scene, settings: ControlSettings, args: argparse.Namespace, poses: Poses, hand: RecordedOperator | None
+) -> _World:
+    """A free hand, or a hand on the robot. hand: the recorded one of --operator recorded."""
     kept = SceneSpec.of(scene)
     if args.mode == FREEHAND:
         rated = of_free_hand(settings)
-        hand = FreehandSystem(scene, rated)
-        drive = partial(drive_freehand, hand, args, poses.add)
-        return _World(FreehandSpec(kept, rated), hand.row_layout, drive)
+        free = FreehandSystem(scene, rated)
+        drive = partial(drive_freehand, free, args, poses.add)
+        return _World(FreehandSpec(kept, rated), free.row_layout, drive)
     rehearsal = Rehearsal(scene, settings)
     return _World(
         RigidSpec(kept, settings),
         rehearsal.system.row_layout,
-        lambda recorded: _drive(_headless(rehearsal, poses.add, recorded, args), args),
+        lambda recorded: _drive(_headless(rehearsal, poses.add, recorded, args), args, hand),
     )
 
 
@@ -160,7 +169,7 @@ class Poses:
         self.kept.append((snapshot.progress_mm, *ends))
 
 
-def _registered(services: Services | None, plan: Plan) -> tuple[Plan, ImageRegistration | None, tuple[str, ...]]:
+def registered_plan(services: Services | None, plan: Plan) -> tuple[Plan, ImageRegistration | None, tuple[str, ...]]:
     """The plan and the registration that it goes by; without that of a file, and a note, where it is not here.
 
     The notes say what is doubtful of it, too.
@@ -183,7 +192,7 @@ def _recorded(
     services: Services | None, spec: SystemSpec, columns: tuple[Column, ...], args: argparse.Namespace
 ) -> RecordedRun | None:
     """The recorder of the run; None without a writable store, unless --record asks for a run that is not stored."""
-    seed = args.seed if args.operator == "pushing" or args.mode == FREEHAND else None
+    seed = args.seed if args.operator != "scripted" or args.mode == FREEHAND else None
     labels = (seed, _control(args), args.preset)
     if services is not None:
         try:
@@ -196,9 +205,9 @@ def _recorded(
 def _headless(
     rehearsal: Rehearsal, keep: Callable[[RigidSnapshot], None], recorded: RecordedRun | None, args: argparse.Namespace
 ) -> HeadlessRun:
-    """The drive of a robot; with a preset its poses between the set points of the outer loop are measured too."""
-    servo = None if args.preset is None else ServoWatch()
-    return HeadlessRun(rehearsal, keep, recorded, args.approach, servo, _control(args))
+    """The drive of a robot; with a preset the poses between its set points and the papers' tree are measured too."""
+    servo, trees = (None, None) if args.preset is None else (ServoWatch(), CovarianceWatch(rehearsal.controller))
+    return HeadlessRun(rehearsal, keep, recorded, args.approach, servo, _control(args), trees)
 
 
 def _control(args: argparse.Namespace) -> Control:
@@ -207,7 +216,14 @@ def _control(args: argparse.Namespace) -> Control:
 
 
 def _follow(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
-    last = run.follow()
+    return _followed(run.follow())
+
+
+def _lead(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
+    return _followed(run.follow(led_by_person(run.rehearsal, args.seed)))
+
+
+def _followed(last: RigidSnapshot) -> dict[str, Any]:
     done = last.phase == "done"
     result = {"completed": done, "reason": "" if done else last.reason, "reached_mm": last.progress_mm}
     return result if done else result | _stopped(last)
@@ -218,10 +234,18 @@ def _push(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
     return {"completed": True} | run.push(steps, args.seed, args.free)
 
 
-DRIVES = {"scripted": _follow, "pushing": _push}  # along the path, by the name of the operator
+def _repeat(run: HeadlessRun, hand: RecordedOperator) -> dict[str, Any]:
+    """A recorded hand, which does not see that plan, tool or settings are others."""
+    last = run.repeat(hand)
+    done = last.phase == "done"
+    reason = "" if done else last.reason or "the recorded hand ended"
+    return {"completed": done, "reason": reason, "reached_mm": last.progress_mm}
 
 
-def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
+DRIVES = {"scripted": _follow, "person": _lead, "pushing": _push}  # along the path, by the name of the operator
+
+
+def _drive(run: HeadlessRun, args: argparse.Namespace, hand: RecordedOperator | None) -> dict[str, Any]:
     settings = run.rehearsal.settings
     result: dict[str, Any]
     if args.task == "inspect":
@@ -231,7 +255,7 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
         missed = [f"{t['target']}: {t['reason']}" for t in targets if not t["reached"]]
         result = {"completed": not missed, "reason": "; ".join(missed), "targets": targets}
     else:
-        result = DRIVES[args.operator](run, args)
+        result = DRIVES[args.operator](run, args) if hand is None else _repeat(run, hand)
     path = run.rehearsal.scene.path
     length = math.nan if path is None else path.length
     zones = [
@@ -242,6 +266,8 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
     figures |= {"margin_mm": settings.margin_mm, "path_length_mm": length}
     rooms = zip(run.limits, run.least_rooms, strict=True)
     limits = [{"name": limit.words, "least_room_mm": least} for limit, least in rooms]
+    if run.covariance is not None:
+        figures |= {"covariance_tree": run.covariance.report()}
     if run.servo is not None:
         figures |= {"progress_fallbacks": run.fallbacks, "servo": run.servo.report()}
     return result | figures | ({"zones": zones} if zones else {}) | ({"tip_limits": limits} if limits else {})

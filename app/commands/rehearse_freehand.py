@@ -34,7 +34,7 @@ def check_options(args: argparse.Namespace) -> None:
             raise InputError("--steady goes with --mode freehand")
         return
     robots = {
-        "--operator pushing": args.operator != "scripted",
+        f"--operator {args.operator}": args.operator != "scripted",
         "--task inspect": args.task != "path",
         "--soft-tissue": args.soft_tissue,
         "--remote-centre": args.remote_centre is not None,

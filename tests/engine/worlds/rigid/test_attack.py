@@ -69,7 +69,7 @@ def test_no_accepted_motion_in_the_real_head_breaks_what_is_promised(trial_data:
 
 @pytest.mark.parametrize("scene", ["wall", "soup", "lattice", "cavern"])
 def test_every_channel_at_once_breaks_nothing(scene: str) -> None:
-    """HAZ-01, HAZ-05, HAZ-11: grip, keys, master and rate device, unplugged and back, the mode changed within a step."""
+    """HAZ-01, HAZ-05, HAZ-11: grip, keys, master and rate device, unplugged and back, modes changed within a step."""
     total = summary(RigidCampaign, [RigidCampaign(scene, SEED, 600, assaults=(EVERY_CHANNEL,)).run()])
     assert_promises_kept(total)
     assert total["moved"] > 100
