@@ -56,7 +56,9 @@ def freehand_run(planner: Planner, plan_id: str, folder: Path) -> str:
 def drive(station: Workstation, far: float) -> None:
     """A short rehearsal, finished on the way."""
     station.page.click("[data-step=rehearse]")
-    station.page.click("#start" if not station.page.locator("#run-again").is_visible() else "#run-again")
+    start = station.page.locator("#run-again" if station.page.locator("#run-again").is_visible() else "#start")
+    station.wait_for("a robot that can start", start.is_enabled, DRIVEN_S)
+    start.click()
     station.wait_for("the robot", lambda: station.state("rehearsal")["state"] == "running", DRIVEN_S)
     station.drive_until("ArrowUp", "a way", lambda: station.rehearsal()["progress_mm"] > far, DRIVEN_S)
     station.page.keyboard.up("ArrowUp")

@@ -13,6 +13,7 @@ import { ModesGroup, WITHOUT } from "./modes.js";
 import { preselected } from "./preselected.js";
 import { RehearsalStatus } from "./status.js";
 import { OptionsGroup } from "./options.js";
+import { TruthGroup } from "./truth.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
 /** @import { Commands, ItemEntry, RehearsalSection, SettingField, SettingsSection, ViewModel } from "/static/js/types.js" */
@@ -78,6 +79,7 @@ export default class RehearsePanel {
     this.soFar = h("p", { class: "words", id: "so-far", hidden: true });
     this.controls = new ModesGroup(connection);
     this.rehearsalOptions = new OptionsGroup(connection);
+    this.truth = new TruthGroup(connection);
     this.fields = h("div", { class: "fields" });
     this.fieldWords = h("p", { class: "words caution", role: "status" });
     /** @type {Map<string, { input: HTMLInputElement, shown: HTMLElement }>} */
@@ -88,11 +90,14 @@ export default class RehearsePanel {
     this.unrecorded = h("p", { class: "words caution", id: "unrecorded", role: "status", hidden: true });
     this.endCard = new EndCard(connection);
     this.element = h("div", {}, this.endCard.element,
-      group("Handle", null, this.leaseWords, this.leaseButton),
+      group("Drive", null, this.words, this.unrecorded, this.registration.element, this.tissueWords, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
+      this.controls.element,
       group("Task", null, this.modes, this.target, this.modeWords,
         h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
         this.progressWords, this.progress, this.soFar),
+      group("Handle", null, this.leaseWords, this.leaseButton),
       this.devices.element,
+      this.truth.element,
       this.rehearsalOptions.element,
       group("Hand and margin", null, this.fields, this.fieldWords, this.marginWarning));
   }
@@ -111,6 +116,7 @@ export default class RehearsePanel {
     this.changedFields([state.settings, adjustable], () => this.renderFields(state.settings, adjustable));
     const freehand = rehearsal.control?.mode === "freehand";
     this.controls.update(state, live ? Boolean(rehearsal.mine) : Boolean(rehearsal.mine || rehearsal.can_take));
+    this.truth.update(state);
     this.rehearsalOptions.update(state);
     this.rehearsalOptions.element.hidden = freehand; // nothing holds that tool
     this.devices.update(state);

@@ -133,7 +133,6 @@ def test_a_free_hand_has_no_robot_and_keeps_no_margin(
     assert sections["nearness"][0]["margin_mm"] == 0.0
     assert "Shift to turn" in tab.hint()
 
-
     from vfix_engine.runtime import Command
 
     into = -system.scene.tree.closest(driver.state.segments).normal
