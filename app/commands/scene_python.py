@@ -70,7 +70,7 @@ def run_python(found: FoundRun) -> str:
     if isinstance(spec, FreehandSpec):
         more = f", {spec.contact_stiffness_n_per_mm!r}"
     solver = "" if spec.scene.solver == SceneSpec.solver else f", {spec.scene.solver!r}"
-    read = (f"run = Run.read(Path({str(Path(found.name).resolve())!r}))",)
+    read: tuple[str, ...] = (f"run = Run.read(Path({str(Path(found.name).resolve())!r}))",)
     if found.stored is not None:
         read = (
             "services = build_services(Settings.from_environment())",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import cast
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from ...control.tasks import view_point
 from ...errors import InputError
 from ...kernels.triples import triple
 from ...runtime.command import Command, Master
-from ...runtime.control_mode import MODES, TELEOPERATED, Control, ControlMode
+from ...runtime.control_mode import MODES, TELEOPERATED, Control, Device
 from ...runtime.operator import Act
 from ...runtime.requests import Reset
 from ...runtime.run import Run
@@ -111,8 +110,8 @@ class RecordedOperator:
             raise InputError("the run has no samples, so no hand to repeat")
         if run.mode not in MODES:
             raise InputError(f"a run {'of mixed modes' if run.mode else 'without a mode'} has no hand to repeat")
-        device = run.manifest.get("device") or "position"
-        self.control = Control(cast(ControlMode, run.mode), device)
+        device: Device = "rate" if run.manifest.get("device") == "rate" else "position"
+        self.control = Control(run.mode, device)
         self._commands = [run.command(index) for index in range(first, len(run.ticks))]
         self._end = np.maximum.accumulate(run.column("t")[first:])
         self.duration_s, self._step = float(self._end[-1]), 0
