@@ -20,6 +20,7 @@ from app.commands.recorded_run import RecordedRun
 from app.commands.rehearse_arguments import add_arguments, check_arguments
 from app.commands.rehearse_errors import Truths
 from app.commands.rehearse_freehand import drive_freehand
+from app.commands.rehearse_person import led_by_person
 from app.commands.rehearse_scene import build_scene, robots_of
 from app.exchange.resolve import (
     resolve_case,
@@ -40,6 +41,7 @@ from vfix_engine.runtime.system import Column, SystemSpec
 from vfix_engine.study.metrics import score_run
 from vfix_engine.worlds.freehand.spec import FreehandSpec, of_free_hand
 from vfix_engine.worlds.freehand.system import FreehandSystem
+from vfix_engine.worlds.rigid.covariance_watch import CovarianceWatch
 from vfix_engine.worlds.rigid.dry_run import STATION_MM
 from vfix_engine.worlds.rigid.headless import HeadlessRun
 from vfix_engine.worlds.rigid.operators import RecordedOperator
@@ -190,7 +192,7 @@ def _recorded(
     services: Services | None, spec: SystemSpec, columns: tuple[Column, ...], args: argparse.Namespace
 ) -> RecordedRun | None:
     """The recorder of the run; None without a writable store, unless --record asks for a run that is not stored."""
-    seed = args.seed if args.operator == "pushing" or args.mode == FREEHAND else None
+    seed = args.seed if args.operator != "scripted" or args.mode == FREEHAND else None
     labels = (seed, _control(args), args.preset)
     if services is not None:
         try:
@@ -203,9 +205,9 @@ def _recorded(
 def _headless(
     rehearsal: Rehearsal, keep: Callable[[RigidSnapshot], None], recorded: RecordedRun | None, args: argparse.Namespace
 ) -> HeadlessRun:
-    """The drive of a robot; with a preset its poses between the set points of the outer loop are measured too."""
-    servo = None if args.preset is None else ServoWatch()
-    return HeadlessRun(rehearsal, keep, recorded, args.approach, servo, _control(args))
+    """The drive of a robot; with a preset the poses between its set points and the papers' tree are measured too."""
+    servo, trees = (None, None) if args.preset is None else (ServoWatch(), CovarianceWatch(rehearsal.controller))
+    return HeadlessRun(rehearsal, keep, recorded, args.approach, servo, _control(args), trees)
 
 
 def _control(args: argparse.Namespace) -> Control:
@@ -214,7 +216,14 @@ def _control(args: argparse.Namespace) -> Control:
 
 
 def _follow(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
-    last = run.follow()
+    return _followed(run.follow())
+
+
+def _lead(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
+    return _followed(run.follow(led_by_person(run.rehearsal, args.seed)))
+
+
+def _followed(last: RigidSnapshot) -> dict[str, Any]:
     done = last.phase == "done"
     result = {"completed": done, "reason": "" if done else last.reason, "reached_mm": last.progress_mm}
     return result if done else result | _stopped(last)
@@ -233,7 +242,7 @@ def _repeat(run: HeadlessRun, hand: RecordedOperator) -> dict[str, Any]:
     return {"completed": done, "reason": reason, "reached_mm": last.progress_mm}
 
 
-DRIVES = {"scripted": _follow, "pushing": _push}  # along the path, by the name of the operator
+DRIVES = {"scripted": _follow, "person": _lead, "pushing": _push}  # along the path, by the name of the operator
 
 
 def _drive(run: HeadlessRun, args: argparse.Namespace, hand: RecordedOperator | None) -> dict[str, Any]:
@@ -257,6 +266,8 @@ def _drive(run: HeadlessRun, args: argparse.Namespace, hand: RecordedOperator | 
     figures |= {"margin_mm": settings.margin_mm, "path_length_mm": length}
     rooms = zip(run.limits, run.least_rooms, strict=True)
     limits = [{"name": limit.words, "least_room_mm": least} for limit, least in rooms]
+    if run.covariance is not None:
+        figures |= {"covariance_tree": run.covariance.report()}
     if run.servo is not None:
         figures |= {"progress_fallbacks": run.fallbacks, "servo": run.servo.report()}
     return result | figures | ({"zones": zones} if zones else {}) | ({"tip_limits": limits} if limits else {})

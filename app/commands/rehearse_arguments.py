@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--view-distance", type=float, help="r in mm: how far ahead of the tip the view's point is")
     parser.add_argument("--steps", type=positive, help="steps of pushing, or of swinging in inspection")
     parser.add_argument("--free", action="store_true", help="pushing: no path fixture, k_tau = 1")
-    parser.add_argument("--seed", type=natural, default=0, help="of the pushing hand, the free one, or --errors papers")
+    parser.add_argument("--seed", type=natural, default=0, help="of the hand's and the errors' random numbers")
     add_error_arguments(parser)
     add_compensation(parser)
     parser.add_argument("--record", type=Path, metavar="FILE", help=f"export every step: {', '.join(WRITERS)}")
@@ -66,6 +66,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def check_arguments(args: argparse.Namespace) -> None:
     """Refuse arguments that do not go together. Raises InputError."""
+    if args.operator == "person" and args.task != "path":
+        raise InputError("--operator person goes with --task path")
     if args.free and (args.operator != "pushing" or args.task != "path"):
         raise InputError("--free goes with --operator pushing: the other jobs need the path")
     if args.preset is not None and (args.soft_tissue or args.speed_limit):

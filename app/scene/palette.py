@@ -19,6 +19,7 @@ GRIP_WATCHED = (130, 138, 150)
 FORCE = (250, 204, 92)
 BLOCKED = (240, 133, 125)
 PIERCED = (230, 30, 40)  # the tissue that a planned tool pierces
+TRUE_TIP = (250, 204, 92)  # where a tool truly is, beside where it is believed to be
 CENTRE = (126, 211, 165)
 FIDUCIAL = (126, 211, 165)
 FOUND_BEAD = (250, 204, 92)

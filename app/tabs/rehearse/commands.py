@@ -11,7 +11,10 @@ from app.drives.commands import DriveCommand, HoldCommand, Push, SetDriveSetting
 from app.messages.fields import ClientMessage, Identifier
 from vfix_engine.runtime.control_mode import ControlMode, Device
 
-__all__ = ["COMMANDS", "DriveCommand", "HoldCommand", "Push", "SetControl", "SetDriveSettings", "SetMode", "SetOptions"]
+__all__ = [
+    "COMMANDS", "DriveCommand", "HoldCommand", "Push", "SetControl", "SetDriveSettings", "SetErrors", "SetMode",
+    "SetOptions",
+]  # fmt: skip
 
 
 class SetMode(ClientMessage):
@@ -46,6 +49,22 @@ class SetControl(ClientMessage):
     preset: Literal["li2004", "li2007"] | None = None
 
 
+class SetErrors(ClientMessage):
+    """What really happens, as this client sees the drive; None of a stage: off. The drive does not change.
+
+    registration: size in mm of a registration's error, without effect where it is known. encoders: backlash in mm;
+    servo: lag in ms; compliance: mm/N under the hand; head: amplitude of its motion in mm. followed: by a reference.
+    """
+
+    type: Literal["rehearsal.errors"]
+    registration: Annotated[float, Field(ge=0, le=3, allow_inf_nan=False)] | None = None
+    encoders: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] | None = None
+    servo: Annotated[float, Field(ge=0, le=200, allow_inf_nan=False)] | None = None
+    compliance: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] | None = None
+    head: Annotated[float, Field(ge=0, le=5, allow_inf_nan=False)] | None = None
+    followed: bool = False
+
+
 COMMANDS: tuple[type[ClientMessage], ...] = (
     *drive.COMMANDS,
     drive.MoveMaster,
@@ -53,4 +72,5 @@ COMMANDS: tuple[type[ClientMessage], ...] = (
     SetMode,
     SetControl,
     SetOptions,
+    SetErrors,
 )

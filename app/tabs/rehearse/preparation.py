@@ -32,6 +32,7 @@ from app.workspace.plan_items import curve_points, plan_items
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
+from vfix_engine.proximity.proximity import Proximity
 from vfix_engine.robots import PlacedRobot
 from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.virtual_fixtures import SoftRegion, SoftZone, Zone
@@ -50,7 +51,8 @@ class PreparedRehearsal(PreparedDrive[ToolSnapshot]):
     robot: placed; None in a free hand. items: points and targets of the plan from which it was made; curve: positions
     (n, 3) along its path, LPS [mm]. options: source of its standing fixtures. planned: figures of its dry run, None
     where it is not known. made_of: the plan's key, with its registration as read for it; None where that was not read.
-    protected: the plan's protected structures, the hard ones first.
+    protected: the plan's protected structures, the hard ones first. tree: of the bone that is driven in;
+    None where it is not measured.
     """
 
     spec: RigidSpec | FreehandSpec
@@ -62,6 +64,7 @@ class PreparedRehearsal(PreparedDrive[ToolSnapshot]):
     planned: DryRunFigures | None = None
     made_of: PlanKey | None = None
     protected: tuple[Zone | SoftZone | SoftRegion, ...] = ()
+    tree: Proximity | None = None
 
     def refusal(self, asked: ControlSettings, in_force: ControlSettings, snapshot: ToolSnapshot | None) -> str:
         """A margin that exceeds the tool's clearance at its pose."""
@@ -144,6 +147,7 @@ def prepare(
         curve=curve_points(SplinePath(np.asarray(scene.path_points))),
         options=options,
         protected=(*found.zones.zones, *found.zones.soft_zones),
+        tree=services.planning.bone(plan).tree,
         planned=DryRunFigures.of(found, tissue, services.planning.ways(plan)),
     )
 

@@ -147,6 +147,39 @@ class ToolSection(TypedDict):
     radii_mm: list[float]
 
 
+class StageView(TypedDict):
+    """A stage of the error chain with its one number; known: it is that of the plan's own registration."""
+
+    name: str
+    label: str
+    unit: str
+    most: float
+    step: float
+    value: float
+    on: bool
+    known: bool
+    hint: str
+
+
+class TruthSection(TypedDict):
+    """What really happens to the tool that is driven; LPS mm. Tips and numbers are None where no stage is on.
+
+    followed: the head, by a reference. compensated_mm_per_n: what the robot compensates, 0: nothing. below_margin: the
+    true tool is nearer to bone than the margin of the certificate.
+    """
+
+    stages: list[StageView]
+    followed: bool
+    compensated_mm_per_n: float
+    may_compensate: bool
+    believed: Position | None
+    true: Position | None
+    difference_mm: float | None
+    clearance_mm: float | None
+    clearance_capped: bool
+    below_margin: bool
+
+
 class RehearsalSections(TypedDict):
     """The rehearsal of the open plan; driven and curve: of the plan that is driven where that is an older one.
 
@@ -161,3 +194,4 @@ class RehearsalSections(TypedDict):
     options: OptionsSection
     tool: ToolSection
     nearness: list[NearnessView]
+    truth: TruthSection

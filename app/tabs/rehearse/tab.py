@@ -21,6 +21,7 @@ from app.tabs.rehearse.hints import rehearse_hint
 from app.tabs.rehearse.options import CentrePlaces, options_section, place_of
 from app.tabs.rehearse.sections import NearnessView, OptionsSection, RehearsalSection
 from app.tabs.rehearse.tool_snapshot import ToolSnapshot
+from app.tabs.rehearse.truth import LiveTruth, known_error
 from app.tabs.rehearse.view import details_section, nearness_section, rehearsal_section, settings_section, tool_section
 from app.workspace.layers import Layer
 from app.workspace.plan_items import curve_layer, curve_section, entries, items_layer, plan_items
@@ -43,6 +44,7 @@ class RehearseTab(RehearsalSession):
         super().__init__(workspace, shared)
         self._centre = CentrePlaces(workspace.services, workspace.executor, workspace.post)
         self._told_of: ToolSnapshot | None = None  # the pose that others were told last
+        self.truth = LiveTruth()
         self._told = NO_OPTIONS  # the options as they were when everything was published last
 
     # -- entering and leaving the tab
@@ -68,6 +70,8 @@ class RehearseTab(RehearsalSession):
             self._set_mode(command)
         elif isinstance(command, c.SetControl):
             self._set_control(command)
+        elif isinstance(command, c.SetErrors):
+            self.truth.choose(command)
         else:
             self.need_plan()
             super().handle(command)
@@ -143,6 +147,7 @@ class RehearseTab(RehearsalSession):
     def tick(self) -> bool:
         """Read the newest snapshot, and tell the user what the control process has said."""
         super().tick()
+        self.truth.follow(self.now.snapshot, self.now.prepared)
         edited, self._plan_edited = self._plan_edited, False
         if self._services.live.wanted:
             self._tell_tool(self.now)
@@ -205,6 +210,7 @@ class RehearseTab(RehearsalSession):
 
     def refresh(self) -> None:
         self._compare(self.read())
+        self.truth.known = known_error(self._services, self.workspace.plan.current)
         if self.active or self.wanted.remote_centre:
             self._centre.ask(self.workspace.plan.current)
 
@@ -221,6 +227,7 @@ class RehearseTab(RehearsalSession):
             "options": self._options(now),
             "tool": Section(Same(snapshot), lambda: tool_section(snapshot)),
             "nearness": self._nearness(now),
+            "truth": self.truth.section(_settings(now), now.mine),
         }
         if driven is not None:
             sections["curve"] = Section(Same(driven), lambda: curve_section(driven.curve))
@@ -262,6 +269,7 @@ class RehearseTab(RehearsalSession):
             ]
         if now.snapshot is not None and now.prepared is not None:
             layers.append(self._robot_layer(now.snapshot, now.prepared.robot, now.mine))
+        layers += self.truth.layers()
         centre = self._centre.centre(self.wanted.centre) if self.wanted.remote_centre else None
         if centre is not None and centre.into is not None:
             point, into = centre.point, centre.into

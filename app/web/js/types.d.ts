@@ -1027,6 +1027,38 @@ export interface NearnessView {
   level: "fits" | "tight" | "blocked";
 }
 
+/**
+ * What really happens to the tool that is driven; LPS mm. Tips and numbers are None where no stage is on.
+ *
+ * followed: the head, by a reference. compensated_mm_per_n: what the robot compensates, 0: nothing. below_margin: the
+ * true tool is nearer to bone than the margin of the certificate.
+ */
+export interface TruthSection {
+  stages: StageView[];
+  followed: boolean;
+  compensated_mm_per_n: number;
+  may_compensate: boolean;
+  believed: [number, number, number] | null;
+  true: [number, number, number] | null;
+  difference_mm: number | null;
+  clearance_mm: number | null;
+  clearance_capped: boolean;
+  below_margin: boolean;
+}
+
+/** A stage of the error chain with its one number; known: it is that of the plan's own registration. */
+export interface StageView {
+  name: string;
+  label: string;
+  unit: string;
+  most: number;
+  step: number;
+  value: number;
+  on: boolean;
+  known: boolean;
+  hint: string;
+}
+
 export interface Hello {
   id?: number | null;
   type: "hello";
@@ -1841,6 +1873,7 @@ export interface ViewModel {
   step?: TabSection;
   structures?: StructuresSection;
   tool?: ToolSection;
+  truth?: TruthSection;
   versions?: VersionsSection | null;
   view?: ViewSection;
 }
@@ -2176,6 +2209,14 @@ export interface Commands {
     preset?: "li2004" | "li2007" | null;
   };
   "rehearsal.end": {};
+  "rehearsal.errors": {
+    registration?: number | null;
+    encoders?: number | null;
+    servo?: number | null;
+    compliance?: number | null;
+    head?: number | null;
+    followed?: boolean;
+  };
   "rehearsal.let_go": {};
   "rehearsal.mode": {
     mode: "path" | "free" | "inspect";

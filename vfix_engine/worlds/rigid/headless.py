@@ -14,6 +14,7 @@ from ...runtime.control_mode import TELEOPERATED, Control
 from ...runtime.driver import Driver, Log
 from ...runtime.requests import Reset, SetTask
 from ...virtual_fixtures.tip_limit import tip_limits
+from .covariance_watch import CovarianceWatch
 from .dry_run import dry_run
 from .operators import PushingOperator, RecordedOperator, RigidOperator, ScriptedOperator, behind_device
 from .rehearsal import Rehearsal
@@ -87,6 +88,7 @@ class HeadlessRun:
     servo: measures the poses between the steps as well; None: nothing does.
     begin_mm: arc length of the path's point that is approached first; None: the one nearest to the entry's pose.
     control: hands-on, or the device of a teleoperated drive.
+    covariance: counts the pairs of the papers' tree after every step as well; None: nothing does.
 
     Raises:
         StartRefused: the start pose is outside a limit or inside the margin.
@@ -100,8 +102,9 @@ class HeadlessRun:
         begin_mm: float | None = None,
         servo: ServoWatch | None = None,
         control: Control = HAND,
+        covariance: CovarianceWatch | None = None,
     ):
-        self._begin_mm, self.servo, self.control = begin_mm, servo, control
+        self._begin_mm, self.servo, self.control, self.covariance = begin_mm, servo, control, covariance
         self.rehearsal, self._keep, self.tally = rehearsal, keep, RehearsalTally()
         self._driver = Driver(rehearsal.system, log=log)
         self.limits = tip_limits(rehearsal.scene.fixtures)
@@ -113,10 +116,11 @@ class HeadlessRun:
         """Steps so far in which the papers' demand of progress had no solution."""
         return self._driver.state.fallbacks
 
-    def follow(self) -> RigidSnapshot:
-        """Along the path to its end, or until the hand gives up."""
+    def follow(self, hand: RigidOperator | None = None) -> RigidSnapshot:
+        """Along the path to its end, or until the hand gives up. hand: of another operator than the scripted one."""
         self._start()
-        return self._drive(self._scripted(), lambda s: s.phase == "done")
+        operator = self._scripted() if hand is None else behind_device(hand, self.control)
+        return self._drive(operator, lambda s: s.phase == "done")
 
     def repeat(self, hand: RecordedOperator) -> RigidSnapshot:
         """From the start on the path by a recorded hand, as long as that was recorded.
@@ -250,6 +254,8 @@ class HeadlessRun:
         self.least_of_zones = [min(*pair) for pair in zip(self.least_of_zones, nearest.tolist(), strict=True)]
         if self.servo is not None:
             self.servo.watch(self.rehearsal.controller, before, state.tool.q)
+        if self.covariance is not None:
+            self.covariance.watch(self.rehearsal.controller, state.tool)
         rooms = [limit.room(state.tool) for limit in self.limits]
         self.least_rooms = [min(*pair) for pair in zip(self.least_rooms, rooms, strict=True)]
         self._keep(snapshot)

@@ -34,7 +34,8 @@ OURS = (
     "(14) with a progress variable where it has no solution; such steps are counted",
     "the straight approach to the path and of the view, before (14) and (22) can hold",
     "the polyhedron of (23) inside the ball, with 32 even directions",
-    "distances by the 16-wide tree, which finds the exact pairs of the covariance tree without grouped ones",
+    "distances by the 16-wide tree, which finds the exact pairs of the covariance tree without grouped ones; "
+    "`vfix rehearse` counts both",
     "the placement of the robot, which is searched with the usual program",
     "an ideal position servo: straight in joint space from set point to set point",
 )

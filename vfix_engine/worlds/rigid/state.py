@@ -34,7 +34,7 @@ class RehearsalState:
 
     nearest: point of the path nearest to the tip while it follows the path; in other modes the last one.
     emergencies: steps so far that exceeded an acceleration limit; lag: (3,) in mm that the tool is behind its master.
-    deflection: (3,) in mm of the tip under a hand on the robot, which is compensated: ``nearest`` is of the deflected tip.
+    deflection: (3,) in mm of the tip under a hand on the robot, compensated: ``nearest`` is of the deflected tip.
     chosen: the path's point that is approached first, until the tip is there; None: none was chosen.
     fallbacks: steps so far in which the papers' demand of progress (14) had no solution.
     settings: current; last: the step that led here, None after a start or a change of the task.

@@ -22,6 +22,7 @@ from vfix_engine.runtime import Command
 from vfix_engine.runtime.driver import Driver
 from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import Run, RunWriter
+from vfix_engine.worlds.rigid.covariance_watch import CovarianceWatch
 from vfix_engine.worlds.rigid.headless import HeadlessRun
 from vfix_engine.worlds.rigid.presets import OUTER_S, PRESETS
 from vfix_engine.worlds.rigid.rehearsal import Rehearsal
@@ -70,8 +71,9 @@ def test_a_path_is_driven_at_30_hz(name: str) -> None:
     preset = PRESETS[name]
     settings = preset.in_settings(ControlSettings())
     scene = preset.in_scene(placed_scene(mesh, points[:4], settings))
-    watch = ServoWatch()
-    run = HeadlessRun(Rehearsal(scene, settings), lambda snapshot: None, servo=watch)
+    watch, rehearsal = ServoWatch(), Rehearsal(scene, settings)
+    trees = CovarianceWatch(rehearsal.controller)
+    run = HeadlessRun(rehearsal, lambda snapshot: None, servo=watch, covariance=trees)
     assert settings.dt_s == OUTER_S
     assert run.follow().phase == "done"
     report = run.tally.report()
@@ -79,6 +81,11 @@ def test_a_path_is_driven_at_30_hz(name: str) -> None:
     assert watch.ticks == 33 * report["steps"]
     assert watch.report()["min_bone_clearance_mm"] >= settings.margin_mm - 1e-3
     assert run.fallbacks < 0.2 * report["steps"]
+    pairs = trees.report()
+    assert pairs["poses"] == report["steps"]
+    assert pairs["poses_with_other_pairs"] == 0, "the papers' tree and the product's find the same triangles"
+    assert pairs["pairs"]["max"] > pairs["pairs"]["min"] >= 0
+    assert pairs["grouped_pairs"]["max"] < pairs["pairs"]["max"]
 
 
 def test_where_the_demand_has_no_solution_the_usual_program_goes_on(tmp_path: Path) -> None:

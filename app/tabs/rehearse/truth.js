@@ -1,0 +1,87 @@
+// What really happens: the stages of the error chain, each with a switch and a number, and where the tool truly is.
+import { h } from "/static/js/dom.js";
+import { fixed } from "/static/js/format.js";
+import { draw, hintLine, html, live, nothing, titled, unlessFocused } from "/static/js/template.js";
+
+/** @import { Connection } from "/static/js/connection.js" */
+/** @import { Commands, StageView, TruthSection, ViewModel } from "/static/js/types.js" */
+
+const OFF = "All off: the robot is exactly where it believes.";
+const HELP = "These errors change what is shown, not the drive: a person sees what the robot believes, and the certificate is of that. Compensation alone changes the drive: the robot then leads the bent tip along the path, and keeps the margin under the whole force of the hand.";
+
+export class TruthGroup {
+  /** @param {Connection} connection */
+  constructor(connection) {
+    this.connection = connection;
+    /** @type {TruthSection | undefined} */
+    this.shown = undefined;
+    this.element = h("div", { class: "group", id: "truth" });
+    this.element.hidden = true;
+  }
+
+  /** @param {ViewModel} state */
+  update({ truth }) {
+    if (truth === this.shown) return;
+    this.shown = truth;
+    this.element.hidden = !truth;
+    if (truth) this.render(truth);
+  }
+
+  /** @param {TruthSection} truth */
+  render(truth) {
+    const head = truth.stages.find(({ name }) => name === "head");
+    const bends = truth.stages.find(({ name }) => name === "compliance");
+    draw(this.element, titled("What really happens", null, html`
+      ${hintLine("truth-words", words(truth), HELP, truth.below_margin)}
+      <ul class="stages">${truth.stages.map((stage) => this.stage(stage))}</ul>
+      ${head?.on ? html`<label class="check"><input type="checkbox" id="head-followed" .checked=${live(truth.followed)}
+        @change=${(/** @type {Event} */ event) => this.send({ followed: checked(event) })}>A reference follows the head</label>` : nothing}
+      ${bends?.on || truth.compensated_mm_per_n ? html`<label class="check"><input type="checkbox" id="compensate" .checked=${live(truth.compensated_mm_per_n > 0)}
+        ?disabled=${!truth.may_compensate && !truth.compensated_mm_per_n}
+        @change=${(/** @type {Event} */ event) => this.compensate(checked(event) ? bends?.value ?? 0 : 0)}>Robot compensates the bend</label>` : nothing}`));
+  }
+
+  /** @param {StageView} stage */
+  stage({ name, label, unit, most, step, value, on, known, hint }) {
+    return html`<li title=${hint}>
+      <label class="check"><input type="checkbox" data-stage=${name} .checked=${live(on)}
+        @change=${(/** @type {Event} */ event) => this.send({ [name]: checked(event) ? value : null })}>${label}</label>
+      <input type="number" data-size=${name} aria-label="${label} in ${unit}" min="0" max=${most} step=${step} .value=${unlessFocused(String(Number(fixed(value, 3))))}
+        ?disabled=${!on || known} @change=${(/** @type {Event} */ event) => this.send({ [name]: size(event, most) })}>
+      <span class="unit">${unit}</span></li>`;
+  }
+
+  /** @param {Partial<Omit<Commands["rehearsal.errors"], "type">>} change */
+  send(change) {
+    const { stages = [], followed = false } = this.shown ?? {};
+    const asked = Object.fromEntries(stages.map(({ name, on, value, most }) => [name, on ? Math.min(value, most) : null]));
+    this.connection.send("rehearsal.errors", { followed, ...asked, ...change });
+  }
+
+  /** @param {number} value in mm/N; 0: not */
+  compensate(value) {
+    this.connection.send("rehearsal.settings", { values: { compliance_mm_per_n: value } });
+  }
+}
+
+/** @param {Event} event */
+function checked({ target }) {
+  return target instanceof HTMLInputElement && target.checked;
+}
+
+/**
+ * @param {Event} event
+ * @param {number} most
+ */
+function size({ target }, most) {
+  const typed = target instanceof HTMLInputElement ? Number(target.value) : NaN;
+  return Number.isFinite(typed) ? Math.min(Math.max(typed, 0), most) : 0;
+}
+
+/** @param {TruthSection} truth */
+function words({ stages, difference_mm: apart, clearance_mm: clear, clearance_capped: capped, below_margin: below }) {
+  if (!stages.some(({ on }) => on)) return OFF;
+  if (apart === null) return "Shown once the robot is in place.";
+  const bone = clear === null ? "" : clear < 0 ? `, ${fixed(-clear, 2)} mm in bone` : `, ${capped ? "over " : ""}${fixed(clear, 2)} mm from bone`;
+  return `${below ? "Too near: true tip" : "True tip"} ${fixed(apart, 2)} mm off${bone}.`;
+}
