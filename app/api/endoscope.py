@@ -9,6 +9,8 @@ from fastapi import APIRouter, Header, Response
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.jobs import JobPublic
 from app.imaging.endoscope import EndoscopeSurface
+from app.kit.errors import NotFound
+from app.planning.bone_removal import removal_solids
 from app.plans.model import NOTICE
 
 router = APIRouter(prefix="/plans/{plan_id}/endoscope", tags=["pictures"], responses=ERRORS)
@@ -36,8 +38,10 @@ def endoscope(
     services: ServicesDep,
     if_none_match: Annotated[str | None, Header(description="the ETag of a file that is there already")] = None,
 ) -> Response:
-    """The surface of air against tissue about path and targets; made where it is missing, which takes some seconds."""
-    file = _surface(plan_id, services).make(services.plans.get(plan_id).case_id)
+    """The surface of air against tissue about path and targets, which `POST` makes; 404 until then."""
+    file = _surface(plan_id, services).known(services.cases.get(services.plans.get(plan_id).case_id))
+    if file is None:
+        raise NotFound("what an endoscope sees of this plan is not made yet; POST makes it.")
     headers = {
         "ETag": f'"{file.revision}"',
         "X-Notice": NOTICE,
@@ -51,4 +55,4 @@ def endoscope(
 def _surface(plan_id: str, services: ServicesDep) -> EndoscopeSurface:
     plan = services.plans.get(plan_id)
     places = [item.position for item in (*plan.content.points, *plan.content.targets)]
-    return services.endoscope.about(plan.case_id, places)
+    return services.endoscope.about(plan.case_id, places, removal_solids(plan))

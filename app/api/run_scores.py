@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, Field
 
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
+from app.exchange.run_report.report import RunToReport, report_html
 from app.plans.model import NOTICE
+from app.services import Services
+from vfix_engine.runtime.run import Run
 
 router = APIRouter(prefix="/runs/{run_id}", tags=["runs"], responses=ERRORS)
 
@@ -149,3 +152,28 @@ def run_series(run_id: Identifier, services: ServicesDep) -> Response:
     """What is plotted over a run, and where the tool was: all that a replay of its motion needs."""
     headers: dict[str, Any] = {"X-Notice": NOTICE, "Cache-Control": "no-store"}
     return Response(services.run_scores.series(run_id), media_type="application/json", headers=headers)
+
+
+@router.get(
+    "/report",
+    response_class=Response,
+    responses={200: {"content": {"text/html": {}}, "description": "one page to print, without references to others"}},
+)
+def run_report(
+    run_id: Identifier, services: ServicesDep, beside: Annotated[list[str] | None, Query(max_length=5)] = None
+) -> Response:
+    """The report on a run to print, beside it those on others; takes some seconds."""
+    page = report_html([_to_report(services, one) for one in dict.fromkeys([run_id, *(beside or [])])])
+    headers = {"X-Notice": NOTICE, "Cache-Control": "no-store"}
+    headers["Content-Disposition"] = f'attachment; filename="{run_id}.html"'
+    return Response(page, media_type="text/html", headers=headers)
+
+
+def _to_report(services: Services, run_id: str) -> RunToReport:
+    """A run with the names of what was driven."""
+    stored = services.runs.get(run_id)
+    with services.runs.laid_out(run_id) as place:
+        run = Run.read(place)
+    plans = {one.id: one.name for one in services.plans.titles(include_deleted=True)}
+    case = "" if stored.case_id is None else services.cases.get(stored.case_id).name
+    return RunToReport(run, run_id, plans.get(stored.plan_id or "", ""), case, stored.recorded)

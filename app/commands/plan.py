@@ -9,6 +9,7 @@ from typing import Any, get_args
 
 from app.commands import plan_evaluate, plan_report, plan_suggest, plan_versions
 from app.commands.head_options import say_notes
+from app.commands.scene_python import plan_python
 from app.exchange.patient_images import check_images
 from app.exchange.plan_files import (
     FORMATS,
@@ -41,6 +42,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     named = {
         "show": "everything of one plan",
         "export": "write a plan to a file",
+        "python": "print Python that sets up its scene in the library",
     }
     every = {"list": listing}
     for action, words in named.items():
@@ -119,6 +121,11 @@ def _run_named(services: Services, args: argparse.Namespace) -> None:
     if args.action == "show":
         plan = services.plans.get(plan_id)
         print(json.dumps(json.loads(to_native_json(plan))) if args.json else to_native_json(plan), end="\n")
+        return
+    if args.action == "python":
+        plan = services.plans.get(plan_id)
+        text = plan_python(services, plan)
+        print(json.dumps({**summary(plan), "python": text}) if args.json else text, end="")
         return
     if args.action == "export":
         plan, form = services.plans.get(plan_id), args.format or format_of(args.file.name)

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from app.commands.found_runs import find_run, optional_services
 from app.commands.head_options import say_notes, told_of_file
 from app.commands.recorded_run import RecordedRun
 from app.commands.rehearse_arguments import add_arguments, check_arguments
@@ -25,13 +26,11 @@ from app.exchange.resolve import (
     resolve_case,
     resolve_plan,
 )
-from app.extras import has_app
 from app.planning.distance_fields import plan_ways
 from app.planning.piercing import PiercedReport, pierced_by_poses
 from app.plans.imported_places import path_notes
 from app.plans.model import Plan
-from app.services import Services, build_services
-from app.settings import Settings
+from app.services import Services
 from vfix_engine.anatomy.head_import import HeadRequest
 from vfix_engine.anatomy.soft_tissue import tissue_passed
 from vfix_engine.control import ControlSettings
@@ -39,11 +38,13 @@ from vfix_engine.errors import VfixError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.system import Column, SystemSpec
+from vfix_engine.study.metrics import score_run
 from vfix_engine.worlds.freehand.spec import FreehandSpec, of_free_hand
 from vfix_engine.worlds.freehand.system import FreehandSystem
 from vfix_engine.worlds.rigid.covariance_watch import CovarianceWatch
 from vfix_engine.worlds.rigid.dry_run import STATION_MM
 from vfix_engine.worlds.rigid.headless import HeadlessRun
+from vfix_engine.worlds.rigid.operators import RecordedOperator
 from vfix_engine.worlds.rigid.presets import PRESETS
 from vfix_engine.worlds.rigid.rehearsal import Rehearsal
 from vfix_engine.worlds.rigid.scene import Scene
@@ -58,20 +59,21 @@ SWINGING_STEPS = 4000
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
     parser = subparsers.add_parser("rehearse", help="run a rehearsal without a page", description=__doc__)
-    add_arguments(parser, operators=tuple(DRIVES))
+    add_arguments(parser)
     return parser
 
 
 def run(args: argparse.Namespace) -> int:
     """Exit status 0 when the task was completed, 1 otherwise."""
     check_arguments(args)
-    services = build_services(Settings.from_environment()) if has_app() else None
+    services = optional_services()
+    hand = None if args.hand is None else find_run(services, args.hand).run
     case = resolve_case(services, args.case, HeadRequest(Path(args.case), **told_of_file(args)))
     resolved = resolve_plan(services, case, args.plan)
     plan = resolved.plan
     if args.path is not None:
         plan = replace(plan, content=plan.content.along(args.path))
-    plan, registration, lost = _registered(services, plan)
+    plan, registration, lost = registered_plan(services, plan)
     told = (plan.told,) if plan.told else ()
     notes = (*case.notes, *told, *path_notes(plan.content.points, case.mesh.bounds), *lost)
     say_notes(notes)
@@ -89,7 +91,7 @@ def run(args: argparse.Namespace) -> int:
         report["standing"] = held_by
     truths = Truths(args, services, plan, scene, settings.kept_mm - settings.deflection_mm)
     poses, ways = Poses(truths.add), plan_ways(case.scans, plan)
-    world = _world(scene, settings, args, poses)
+    world = _world(scene, settings, args, poses, None if hand is None else RecordedOperator(hand))
     recorded = _recorded(services, world.spec, world.row_layout, args)
     try:
         report |= world.drive(recorded)
@@ -101,6 +103,9 @@ def run(args: argparse.Namespace) -> int:
     if recorded is not None:
         kept = recorded.keep(case.id, plan.id if plan.revision else None, ways, args.record)  # a file's plan has no id
         report |= {} if services is None else {"run": kept}
+        if hand is not None:
+            own = None if kept is None else score_run(find_run(services, kept).run).to_dict()
+            report |= {"hand": args.hand, "scores": {"hand": score_run(hand).to_dict(), "run": own}}
     if obstacle:
         report["placing_reason"] = obstacle
     if not report["completed"]:
@@ -129,19 +134,21 @@ class _World(NamedTuple):
     drive: Callable[[RecordedRun | None], dict[str, Any]]
 
 
-def _world(scene: Scene, settings: ControlSettings, args: argparse.Namespace, poses: Poses) -> _World:
-    """A free hand, or a hand on the robot."""
+def _world(
+    scene: Scene, settings: ControlSettings, args: argparse.Namespace, poses: Poses, hand: RecordedOperator | None
+) -> _World:
+    """A free hand, or a hand on the robot. hand: the recorded one of --operator recorded."""
     kept = SceneSpec.of(scene)
     if args.mode == FREEHAND:
         rated = of_free_hand(settings)
-        hand = FreehandSystem(scene, rated)
-        drive = partial(drive_freehand, hand, args, poses.add)
-        return _World(FreehandSpec(kept, rated), hand.row_layout, drive)
+        free = FreehandSystem(scene, rated)
+        drive = partial(drive_freehand, free, args, poses.add)
+        return _World(FreehandSpec(kept, rated), free.row_layout, drive)
     rehearsal = Rehearsal(scene, settings)
     return _World(
         RigidSpec(kept, settings),
         rehearsal.system.row_layout,
-        lambda recorded: _drive(_headless(rehearsal, poses.add, recorded, args), args),
+        lambda recorded: _drive(_headless(rehearsal, poses.add, recorded, args), args, hand),
     )
 
 
@@ -162,7 +169,7 @@ class Poses:
         self.kept.append((snapshot.progress_mm, *ends))
 
 
-def _registered(services: Services | None, plan: Plan) -> tuple[Plan, ImageRegistration | None, tuple[str, ...]]:
+def registered_plan(services: Services | None, plan: Plan) -> tuple[Plan, ImageRegistration | None, tuple[str, ...]]:
     """The plan and the registration that it goes by; without that of a file, and a note, where it is not here.
 
     The notes say what is doubtful of it, too.
@@ -227,10 +234,18 @@ def _push(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
     return {"completed": True} | run.push(steps, args.seed, args.free)
 
 
+def _repeat(run: HeadlessRun, hand: RecordedOperator) -> dict[str, Any]:
+    """A recorded hand, which does not see that plan, tool or settings are others."""
+    last = run.repeat(hand)
+    done = last.phase == "done"
+    reason = "" if done else last.reason or "the recorded hand ended"
+    return {"completed": done, "reason": reason, "reached_mm": last.progress_mm}
+
+
 DRIVES = {"scripted": _follow, "person": _lead, "pushing": _push}  # along the path, by the name of the operator
 
 
-def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
+def _drive(run: HeadlessRun, args: argparse.Namespace, hand: RecordedOperator | None) -> dict[str, Any]:
     settings = run.rehearsal.settings
     result: dict[str, Any]
     if args.task == "inspect":
@@ -240,7 +255,7 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
         missed = [f"{t['target']}: {t['reason']}" for t in targets if not t["reached"]]
         result = {"completed": not missed, "reason": "; ".join(missed), "targets": targets}
     else:
-        result = DRIVES[args.operator](run, args)
+        result = DRIVES[args.operator](run, args) if hand is None else _repeat(run, hand)
     path = run.rehearsal.scene.path
     length = math.nan if path is None else path.length
     zones = [

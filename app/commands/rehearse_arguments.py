@@ -14,16 +14,20 @@ from vfix_engine.errors import InputError
 from vfix_engine.runtime.control_mode import DEVICES, MODES
 from vfix_engine.worlds.rigid.presets import PRESETS
 
+RECORDED = "recorded"  # the operator of --hand
+OPERATORS = ("scripted", "pushing", RECORDED)
 
-def add_arguments(parser: argparse.ArgumentParser, operators: tuple[str, ...]) -> None:
-    """Add every argument. operators: names of who may drive a robot."""
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add every argument."""
     parser.add_argument("--case", required=True, help="a case's id or name, or a surface or CT file")
     add_file_options(parser)
     parser.add_argument("--plan", required=True, help="a plan's id or name, or a .json, .mrk.json or .csv file")
     parser.add_argument(
         "--path", metavar="NAME", help="one of the plan's paths by name or id, instead of the chosen one"
     )
-    parser.add_argument("--operator", choices=operators, default="scripted", help="whose hand it is")
+    parser.add_argument("--operator", choices=OPERATORS, default="scripted", help="whose hand it is")
+    parser.add_argument("--hand", metavar="RUN", help="the run whose hand drives, with --operator recorded")
     parser.add_argument(
         "--mode", choices=MODES, default="hands-on", help="a free hand, a hand on the robot, or a device far from it"
     )
@@ -70,6 +74,10 @@ def check_arguments(args: argparse.Namespace) -> None:
         raise InputError("--preset goes without --soft-tissue and --speed-limit, which the papers do not have")
     if args.preset is not None and (args.free or args.view_distance is not None):
         raise InputError("--preset goes without --free and --view-distance, which would change its parameters")
+    if (args.operator == RECORDED) != (args.hand is not None):
+        raise InputError("--operator recorded and --hand RUN go together")
+    if args.hand is not None and args.task != "path":
+        raise InputError("--operator recorded goes with --task path: its hand has no other targets")
     if args.record is not None:
         check_target(args.record)
     check_options(args)

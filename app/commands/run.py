@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from app.commands.counts import positive
 from app.commands.found_runs import find_run, optional_services
+from app.commands.scene_python import run_python
 from app.exchange.resolve import find
 from app.exchange.runs.export import WRITERS, check_target, export_run
 from app.extras import need_app
@@ -34,6 +35,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     for action, words in {"show": "one run, with its manifest", "delete": "delete a run for good"}.items():
         every.append(actions.add_parser(action, help=words))
         every[-1].add_argument("run", metavar="RUN", help="id of a stored run")
+    every.append(actions.add_parser("python", help="print Python that sets up its scene in the library"))
+    every[-1].add_argument("run", metavar="RUN", help="id of a stored run, or folder of a recorded one")
     every.append(actions.add_parser("export", help="write a run for other programs"))
     every[-1].add_argument("run", metavar="RUN", help="id of a stored run, or folder of a recorded one")
     every[-1].add_argument("file", metavar="FILE", type=Path, help=f"ends in {', '.join(WRITERS)}")
@@ -47,6 +50,10 @@ def run(args: argparse.Namespace) -> int:
     services = optional_services()
     if args.action == "export":
         return _export(services, args)
+    if args.action == "python":
+        text = run_python(find_run(services, args.run))
+        print(json.dumps({"run": args.run, "python": text, "notice": NOTICE}) if args.json else text, end="")
+        return 0
     if services is None:
         raise need_app("A stored run")
     if args.action == "list":

@@ -91,7 +91,7 @@ class RunScores:
 
 
 def plain_series(series: RunSeries, run: StoredRun) -> dict[str, Any]:
-    """A series as plain values, rounded to 0.1 µm and 1 µrad; what does not exist is None."""
+    """A series as plain values, rounded to 0.1 µm, errors to 1 nm; what does not exist is None."""
     return {
         "run": run.id,
         "mode": run.mode,
@@ -108,7 +108,7 @@ def plain_series(series: RunSeries, run: StoredRun) -> dict[str, Any]:
         "reach_mm": _plain(series.reach),
         "nearest": series.nearest.tolist(),
         "force_n": _plain(np.linalg.norm(series.force, axis=1)),
-        "error_mm": _plain(series.error),
+        "error_mm": _plain(series.error, 6),
         "progress_mm": _plain(series.progress),
         "phase": series.phase.tolist(),
         "held": series.held.astype(int).tolist(),

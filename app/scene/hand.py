@@ -17,6 +17,7 @@ from vfix_engine.arrays import Array
 GRIP_RADIUS_MM = 5.0
 ARROW_MM_PER_N = 6.0
 LABEL_RISE_MM = 9.0
+SPRING_THICKNESS = 0.9  # mm, of the line from the tool to the hand
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,9 @@ class HandNodes:
         )
         self._label = labels.add("/hand/label", "drag", "grip", font_screen_scale=0.85, anchor="bottom-center")
         line = np.zeros((1, 2, 3), dtype=np.float32)
-        self._spring = scene.add_line_segments("/hand/spring", line, palette.GRIP, thickness=0.9, visible=False)
+        self._spring = scene.add_line_segments(
+            "/hand/spring", line, palette.GRIP, thickness=SPRING_THICKNESS, visible=False
+        )
         self._arrow = scene.add_arrows(
             "/hand/force", line, palette.FORCE, shaft_radius=0.7, head_radius=1.8, head_length=4.0, visible=False
         )
@@ -101,6 +104,11 @@ class HandNodes:
             self._sight.points = np.array([[tip, view_point]], dtype=np.float32)
 
     def show_blocked(self, place: Array | None) -> None:
+        """Draw the place of the obstacle that the tool waits at; the spring to the hand ahead of it is red then."""
+        if (place is not None) != self._blocked.visible:
+            colour = palette.GRIP if place is None else palette.BLOCKED
+            self._spring.colors = np.full((1, 2, 3), colour, dtype=np.uint8)
+            self._spring.thickness = SPRING_THICKNESS * (1.0 if place is None else 2.0)
         self._blocked.visible = place is not None
         if place is not None:
             self._blocked.position = place

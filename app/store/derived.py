@@ -46,6 +46,15 @@ class DerivedFiles:
         """The hashes of all inputs of which there is a file."""
         return {path.name.partition(".")[0] for path in self._folder.glob("*.*")}
 
+    def trim(self, key: str, kinds: str, most: int) -> None:
+        """Delete the oldest files of an input, of kinds as a pattern, so that at most so many are left."""
+        try:
+            found = sorted(self._folder.glob(f"{key}.{kinds}"), key=lambda path: path.stat().st_mtime_ns)
+            for path in found[: max(0, len(found) - most)]:
+                path.unlink(missing_ok=True)
+        except OSError as error:
+            raise StorageError(f"a stored file could not be deleted: {error.strerror or error}.") from error
+
     def remove(self, keys: Iterable[str]) -> int:
         """Delete every file of these inputs; returns how many. Raises StorageError."""
         try:

@@ -35,7 +35,7 @@ BARE = """() => [...document.querySelectorAll('button, summary')]
   .filter((one) => one.checkVisibility() && !one.title && !one.innerText.trim()).map((one) => one.outerHTML)"""
 
 SIZES = [(1440, 900), (1024, 768), (800, 700), (720, 450), (390, 780)]  # 1440 × 900 at 200 % is 720 × 450
-TABS = ("patient", "plan", "register", "rehearse")
+TABS = ("patient", "plan", "register", "rehearse", "review")
 
 
 def in_theme(station: Workstation, theme: str) -> None:

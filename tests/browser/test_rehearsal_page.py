@@ -370,3 +370,43 @@ def _read(path: Path) -> bytes:
         return path.read_bytes()
     except (FileNotFoundError, ProcessLookupError):
         return b""
+
+
+def test_one_click_changes_who_leads_the_tool_and_a_free_hand_is_told_in_colour(open_page: Open, rest: Rest) -> None:
+    """At once among hands-on and teleoperated; to freehand the run ends, and the next begins at the entry (HAZ-41)."""
+    station = open_page().ready()
+    plan = rest.copy_of_sample("Three ways")
+    station.open_plan(plan)
+    station.start()
+    page = station.page
+    station.drive_until("ArrowUp", "the key to drive", lambda: station.rehearsal()["progress_mm"] > 1.0)
+    page.keyboard.up("ArrowUp")
+    page.click("[data-control=teleoperated]")
+    station.wait_for("the mode", lambda: station.rehearsal()["control"]["mode"] == "teleoperated")
+    assert (station.rehearsal()["state"], station.rehearsal()["progress_mm"] > 1.0) == ("running", True)
+    before = station.rehearsal()["progress_mm"]
+    station.grab(PULL)
+    station.pull_until("the sphere as a master", lambda: station.rehearsal()["progress_mm"] > before + 1.0)
+    page.mouse.up()
+    station.picture("rehearse-teleoperated")
+    page.click("[data-kind=rate]")
+    station.wait_for("the device", lambda: station.rehearsal()["control"]["device"] == "rate")
+    before = station.rehearsal()["progress_mm"]
+    station.drive_until("ArrowUp", "the key at a device", lambda: station.rehearsal()["progress_mm"] > before + 1.0)
+    page.keyboard.up("ArrowUp")
+
+    page.click("[data-control=freehand]")
+    station.wait_for("the entry, in a free hand", lambda: station.rehearsal()["state"] == "ready", DRIVEN_S)
+    expect(page.locator("#uncertified")).to_have_text("Without the certificate: nothing keeps the tool off bone.")
+    expect(page.locator(".reading.alarm")).to_contain_text("without the certificate")
+    assert station.rehearsal()["control"]["certified"] is False
+    station.start()
+    station.grab((-60.0, 30.0))
+    station.pull_until("contact", lambda: bool(station.rehearsal()["contacts"]))
+    expect(page.locator("#contacts li").first).to_contain_text("in bone")
+    station.picture("rehearse-freehand")
+    page.mouse.up()
+    page.click("#finish-run")
+    station.wait_for("the runs", lambda: len(rest.client.get(f"/api/v1/runs?plan_id={plan}").json()) == 2)
+    assert [run["mode"] for run in rest.client.get(f"/api/v1/runs?plan_id={plan}").json()] == ["freehand", "mixed"]
+    assert station.errors == []

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from playwright.sync_api import expect
+from test_accessibility import AXE, check
 from workstation import DRIVEN_S, Planner, Rest, Workstation
 
 from app.cases.model import HEAD_PHANTOM
@@ -55,7 +56,9 @@ def freehand_run(planner: Planner, plan_id: str, folder: Path) -> str:
 def drive(station: Workstation, far: float) -> None:
     """A short rehearsal, finished on the way."""
     station.page.click("[data-step=rehearse]")
-    station.page.click("#start" if not station.page.locator("#run-again").is_visible() else "#run-again")
+    start = station.page.locator("#run-again" if station.page.locator("#run-again").is_visible() else "#start")
+    station.wait_for("a robot that can start", start.is_enabled, DRIVEN_S)
+    start.click()
     station.wait_for("the robot", lambda: station.state("rehearsal")["state"] == "running", DRIVEN_S)
     station.drive_until("ArrowUp", "a way", lambda: station.rehearsal()["progress_mm"] > far, DRIVEN_S)
     station.page.keyboard.up("ArrowUp")
@@ -66,7 +69,7 @@ def drive(station: Workstation, far: float) -> None:
 def test_a_rehearsal_ends_with_a_card_and_is_reviewed(
     open_page: Open, rest: Rest, planner: Planner, tmp_path: Path
 ) -> None:
-    station = open_page().ready()
+    station = open_page(script=AXE).ready()
     page, plan = station.page, rest.copy_of_sample("Reviewed")
     station.open_plan(plan)
     hand = freehand_run(planner, plan, tmp_path)
@@ -78,6 +81,7 @@ def test_a_rehearsal_ends_with_a_card_and_is_reviewed(
     station.picture("end-card")
     drive(station, 4.0)
     newest, before = (run["id"] for run in rest.runs(HEAD_PHANTOM) if run["plan_id"] == plan and run["id"] != hand)
+    check(station, "the card")
     station.picture("end-card-again")
 
     page.click("#run-compare")
@@ -88,6 +92,7 @@ def test_a_rehearsal_ends_with_a_card_and_is_reviewed(
     page.click(f"li[data-run={hand}] .beside")
     expect(page.locator("table.compare .pill")).to_have_text("without the certificate")
     expect(page.locator(f"li[data-run={hand}] .pill")).to_have_text("without the certificate")
+    check(station, "a comparison")
     station.picture("review-compare")
 
     page.click("#show-plots")
@@ -102,6 +107,7 @@ def test_a_rehearsal_ends_with_a_card_and_is_reviewed(
     part = series["segments"][-1][1][:3]
     assert min(np.linalg.norm(np.array(place) - part) for place in starts) < 0.05, "the shaft is where the run ends"
     station.wait_for("the tool in a slice", lambda: page.evaluate(YELLOW))
+    check(station, "a replay")
     station.picture("review")
     page.keyboard.press("Home")
     expect(page.locator(".timeline-time")).to_contain_text("0.0 / ")

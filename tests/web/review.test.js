@@ -37,7 +37,7 @@ test("series over time share an axis, and end where their run does", () => {
   assert.deepEqual(x, [0.1, 0.2, 0.25, 0.3, 0.5]);
   assert.deepEqual(lines, [[1, 2, 2, 3, 4], [7, 7, 8, null, null]]);
   assert.deepEqual(leastClearance(SERIES), [2, 1, null, 0.5]);
-  assert.deepEqual(speeds(SERIES).map(({ name, values }) => [name, values[1]]), [["Joint 1", 2], ["Joint 2", 180]]);
+  assert.deepEqual(speeds(SERIES).map(({ name, values }) => [name, values[1]]), [["1", 2], ["2", 180]]);
   assert.deepEqual(tipSpeed(SERIES).map((value) => Math.round(value * 10) / 10), [0, 10, 10, 0]);
   assert.equal(speeds({ ...SERIES, joints: [], speed: [] })[0].name, "Tip");
 });

@@ -5,7 +5,7 @@ import { draw, hintLine, html, nothing, titled } from "/static/js/template.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
 /** @import { DeviceKind } from "/static/js/devices/hand-devices.js" */
-/** @import { ViewModel } from "/static/js/types.js" */
+/** @import { Commands, ViewModel } from "/static/js/types.js" */
 
 /** What an axis does, from −1 to 1, and what moves it. @typedef {readonly [string, string]} AxisWords */
 
@@ -28,7 +28,8 @@ export class DeviceMenu {
   constructor({ connection, keys }) {
     this.connection = connection;
     this.keys = keys;
-    this.devices = new HandDevices(keys, (axes) => { if (this.isHeard) connection.post(/** @type {any} */ ("rate"), { axes }); });
+    this.devices = new HandDevices(keys, (axes) => connection.send("rate", { axes }));
+    this.asked = ""; // of the planner, for the device that is chosen
     this.devices.addEventListener("change", () => this.render());
     this.devices.addEventListener("axes", () => this.showAxes());
     this.element = h("div", { class: "group", id: "devices" });
@@ -37,9 +38,11 @@ export class DeviceMenu {
   }
 
   /** @param {ViewModel} state */
-  update({ step, rehearsal }) {
+  update(state) {
+    const { step, rehearsal } = state;
     const held = step?.name === "rehearse" && Boolean(rehearsal?.mine);
     this.devices.follow(held, held && rehearsal?.state === "running");
+    if (held) this.tell(state);
     this.showAxes();
   }
 
@@ -58,18 +61,29 @@ export class DeviceMenu {
     this.showAxes();
   }
 
-  /** Whether the planner hears rates. */
-  get isHeard() {
-    return "control" in (this.connection.state.rehearsal ?? {});
+  /**
+   * A teleoperated tool is led by a position or by a rate: whichever the chosen device has.
+   * @param {ViewModel} state
+   */
+  tell({ rehearsal }) {
+    if (!rehearsal?.mine || rehearsal.control.mode !== "teleoperated") return;
+    const device = this.devices.source ? "rate" : "position";
+    if (rehearsal.control.device === device) this.asked = "";
+    else if (this.asked !== device) {
+      this.asked = device;
+      const preset = /** @type {Commands["rehearsal.control"]["preset"]} */ (rehearsal.control.preset);
+      this.connection.send("rehearsal.control", { mode: "teleoperated", device, preset });
+    }
   }
 
   get wordsNow() {
     const { source, kind, watched, isAskew } = this.devices;
     if (source?.trouble) return source.trouble;
     if (source && !watched) return `${source.name} drives once this window holds the handle.`;
-    if (source && !this.isHeard) return `${source.name} is shown here. It does not drive yet.`;
     if (isAskew) return "Let go of it once, then it drives.";
-    return source?.name ?? (kind === "mouse" ? "Drag the sphere on the shaft." : "Hold a key.");
+    if (source) return source.name;
+    const free = this.connection.state.rehearsal?.control.mode === "freehand";
+    return kind === "keys" ? "Hold a key." : free ? "Drag the sphere; with Shift it turns the tool." : "Drag the sphere on the shaft.";
   }
 
   /** The bars, which move with each frame in which a device is read. */

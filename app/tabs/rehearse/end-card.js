@@ -3,12 +3,14 @@ import { h } from "/static/js/dom.js";
 import { jobWatch } from "/static/js/jobs.js";
 import { openRun } from "/static/js/open-run.js";
 import { feltHolds, holdList, modeLine, scoreFacts } from "/static/js/run-score.js";
-import { UNCERTIFIED, isUncertified, lastOf, otherModes, runsOf, scoreOf } from "/static/js/runs.js";
+import { UNCERTIFIED, isUncertified, lastOf, otherModes, runsOf, saveReport, scoreOf } from "/static/js/runs.js";
 import { draw, html, nothing, titled } from "/static/js/template.js";
 import { LearningCurve } from "./learning-curve.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { RehearsalSection, RunTitle, ScorePublic, ViewModel } from "/static/js/types.js" */
+
+const LOOK_MS = 1500;
 
 /** @typedef {{ run: RunTitle, score: ScorePublic, runs: RunTitle[] }} Ended runs: of the same plan, newest first */
 
@@ -20,6 +22,8 @@ export class EndCard {
     this.curve = new LearningCurve();
     /** @type {string | null} the plan that it is about */
     this.plan = null;
+    /** @type {string | null | undefined} id of the newest run before this drive */
+    this.before = null;
     this.driven = false; // a tool was moved since the last run was stored
     this.waiting = false; // a run is being stored or scored
     this.trouble = "";
@@ -37,6 +41,7 @@ export class EndCard {
     if ((plan?.id ?? null) !== this.plan) Object.assign(this, { plan: plan?.id ?? null, ended: null, driven: false, waiting: false, trouble: "" });
     const { state: drive, progress_mm: progress } = /** @type {Partial<RehearsalSection>} */ (rehearsal ?? {});
     if (drive === "running") {
+      if (!this.driven) this.begin();
       this.driven = true;
       this.ended = null;
       this.trouble = "";
@@ -54,14 +59,30 @@ export class EndCard {
     else if (this.waiting) this.update(this.connection.state);
   }
 
-  async fetch() {
+  /** Runs of the plan that were driven on the page, newest first. */
+  async runs() {
     const { plan } = this, { case: head } = this.connection.state;
-    if (!plan || !head) return;
+    const runs = head ? await runsOf(head.id) : [];
+    return runs.filter(({ plan_id: id, origin }) => id === plan && origin === "page");
+  }
+
+  /** Note which run is the newest, so that an older one is never taken for this drive's. */
+  async begin() {
+    this.before = undefined;
+    const runs = await this.runs().catch(() => []);
+    this.before = runs[0]?.id ?? null;
+  }
+
+  async fetch() {
+    const { plan } = this;
     this.driven = false;
     try {
-      const runs = (await runsOf(head.id)).filter(({ plan_id: id, origin }) => id === plan && origin === "page");
-      const score = runs.length ? await scoreOf(runs[0].id) : null;
-      if (plan === this.plan && score) this.ended = { run: runs[0], score, runs };
+      const runs = await this.runs();
+      const isNew = runs.length > 0 && runs[0].id !== this.before;
+      const score = isNew ? await scoreOf(runs[0].id) : null;
+      if (plan !== this.plan) return;
+      if (score) this.ended = { run: runs[0], score, runs };
+      else this.trouble = "this run was not recorded.";
       this.fresh = true;
     } catch (error) {
       this.trouble = error instanceof Error ? error.message : String(error);
@@ -94,7 +115,16 @@ export class EndCard {
   finish = () => {
     this.waiting = true;
     this.connection.send("rehearsal.end");
+    setTimeout(() => this.look(), LOOK_MS);
   };
+
+  /** The job that stores a short run may begin and end between two messages. */
+  look() {
+    if (!this.waiting || !this.driven) return;
+    const stored = this.connection.state.rehearsal?.state === "absent" && !jobWatch.items.some(({ kind }) => kind === "run");
+    if (stored) this.fetch();
+    else setTimeout(() => this.look(), LOOK_MS);
+  }
 
   /** @param {Ended} ended */
   result({ run, score, runs }) {
@@ -109,6 +139,7 @@ export class EndCard {
       <div class="buttons even"><button type="button" class="primary" id="run-again" data-command="rehearsal.start" @click=${() => this.connection.send("rehearsal.start")}>Again</button
         ><button type="button" id="run-replay" data-command="step.set" @click=${() => openRun(this.connection, { run: run.id })}>Replay</button></div>
       <div class="buttons even"><button type="button" id="run-compare" ?disabled=${runs.length < 2} title=${runs.length < 2 ? "This is the first run of the plan" : "Beside the run before"}
-        @click=${() => openRun(this.connection, { run: run.id, compare: [runs[1].id] })}>Compare</button></div>`)}`;
+        @click=${() => openRun(this.connection, { run: run.id, compare: [runs[1].id] })}>Compare</button
+        ><button type="button" id="run-report" title="A page to print" @click=${() => saveReport([run.id])}>Report</button></div>`)}`;
   }
 }

@@ -9,6 +9,7 @@ import { say } from "/static/js/said.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
 import { DeviceMenu } from "./device-menu.js";
 import { EndCard } from "./end-card.js";
+import { ModesGroup, WITHOUT } from "./modes.js";
 import { preselected } from "./preselected.js";
 import { RehearsalStatus } from "./status.js";
 import { OptionsGroup } from "./options.js";
@@ -20,13 +21,21 @@ import { TruthGroup } from "./truth.js";
 /** @typedef {Commands["rehearsal.mode"]["mode"]} Mode */
 
 /** @type {Record<string, string | undefined>} */
+const FREEHAND_WORDS = { absent: "Not in your hand yet.", ready: "At the entry, in your hand.", running: `Running. ${WITHOUT}`, paused: "Paused where it is." };
+/** @type {Record<string, string | undefined>} */
 const STATE_WORDS = { absent: "Not in place yet.", ready: "In place at the entry.", running: "Running: follows the hand and keeps off bone.", paused: "Paused where it is." };
+/** @type {Record<string, string>} */
+const FREEHAND_TASKS = {
+  path: "Nothing leads the tip; its distance from the path is measured.",
+  free: "Nothing leads the tip. Contacts are counted.",
+  inspect: "Nothing holds the view; its distance from the target is measured.",
+};
 const CHANGED_WORDS = "The plan has changed. ‘Reset to entry’ takes it as it is now. What is drawn here is what is driven.";
 const BLOCKED_WORDS = "The robot goes on as placed before. ‘Reset to entry’ works once the plan has a registration that can be used, or none.";
 const NO_TARGETS = "No target to inspect. Add one in Plan.";
 const LIVE = ["ready", "running", "paused"];
 /** @type {[Mode, string][]} */
-const MODES = [["path", "Along the path"], ["free", "Free"], ["inspect", "Inspect"]];
+const TASKS = [["path", "Along the path"], ["free", "Free"], ["inspect", "Inspect"]];
 
 export default class RehearsePanel {
   /** @param {Parts} parts */
@@ -44,9 +53,9 @@ export default class RehearsePanel {
     this.resetButton = h("button", { type: "button", id: "reset", onclick: () => this.resetOrEnd() }, "Reset to entry");
     this.leaseWords = h("p", { class: "words" });
     this.leaseButton = h("button", { type: "button", class: "wide", id: "lease", onclick: () => this.lease() });
-    this.modeButtons = MODES.map(([mode, label]) =>
+    this.modeButtons = TASKS.map(([mode, label]) =>
       h("button", { type: "button", "data-mode": mode, onclick: () => this.setMode(mode) }, label));
-    this.modes = h("div", { class: "segmented", role: "group", "aria-label": "Mode" }, this.modeButtons);
+    this.modes = h("div", { class: "segmented", role: "group", "aria-label": "Task" }, this.modeButtons);
     this.modeWords = h("p", { class: "words" });
     this.target = h("select", { "aria-label": "Target to inspect", onchange: () => { this.chosen = this.target.value; this.setMode("inspect"); } });
     this.chosen = ""; // the target that somebody has chosen here
@@ -68,6 +77,7 @@ export default class RehearsePanel {
     this.progress = h("div", { class: "progress" }, this.progressBar);
     this.progressWords = h("p", { class: "words" });
     this.soFar = h("p", { class: "words", id: "so-far", hidden: true });
+    this.controls = new ModesGroup(connection);
     this.rehearsalOptions = new OptionsGroup(connection);
     this.truth = new TruthGroup(connection);
     this.fields = h("div", { class: "fields" });
@@ -80,11 +90,12 @@ export default class RehearsePanel {
     this.unrecorded = h("p", { class: "words caution", id: "unrecorded", role: "status", hidden: true });
     this.endCard = new EndCard(connection);
     this.element = h("div", {}, this.endCard.element,
-      group("Robot", null, this.words, this.unrecorded, this.registration.element, this.tissueWords, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
-      group("Handle", null, this.leaseWords, this.leaseButton),
-      group("Motion", null, this.modes, this.target, this.modeWords,
+      group("Drive", null, this.words, this.unrecorded, this.registration.element, this.tissueWords, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
+      this.controls.element,
+      group("Task", null, this.modes, this.target, this.modeWords,
         h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
         this.progressWords, this.progress, this.soFar),
+      group("Handle", null, this.leaseWords, this.leaseButton),
       this.devices.element,
       this.truth.element,
       this.rehearsalOptions.element,
@@ -103,12 +114,15 @@ export default class RehearsePanel {
     const live = isLive(rehearsal);
     const adjustable = live && Boolean(rehearsal.mine);
     this.changedFields([state.settings, adjustable], () => this.renderFields(state.settings, adjustable));
+    const freehand = rehearsal.control?.mode === "freehand";
+    this.controls.update(state, live ? Boolean(rehearsal.mine) : Boolean(rehearsal.mine || rehearsal.can_take));
     this.truth.update(state);
     this.rehearsalOptions.update(state);
+    this.rehearsalOptions.element.hidden = freehand; // nothing holds that tool
     this.devices.update(state);
     this.nearness.update(state.nearness);
     const { state: drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed } = rehearsal;
-    this.changedState([drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed, state.plan_use, targets.length], () => this.renderState(state, rehearsal, targets.length));
+    this.changedState([drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed, state.plan_use, targets.length, rehearsal.control], () => this.renderState(state, rehearsal, targets.length));
     this.renderProgress(rehearsal);
     say(this.unrecorded, rehearsal.unrecorded ? `Not recorded: ${rehearsal.unrecorded}` : "");
     this.unrecorded.hidden = !rehearsal.unrecorded;
@@ -130,8 +144,9 @@ export default class RehearsePanel {
     const driving = live && Boolean(rehearsal.mine);
     const changed = live && rehearsal.plan_changed;
     const silent = rehearsal.state === "silent";
-    say(this.words, rehearsal.words || (changed && (isBlocked(state) ? BLOCKED_WORDS : CHANGED_WORDS)) || STATE_WORDS[rehearsal.state ?? ""] || "");
-    this.words.className = changed || silent || rehearsal.state === "failed" ? "words caution" : "words";
+    const freehand = rehearsal.control?.mode === "freehand";
+    say(this.words, rehearsal.words || (changed && (isBlocked(state) ? BLOCKED_WORDS : CHANGED_WORDS)) || (freehand ? FREEHAND_WORDS : STATE_WORDS)[rehearsal.state ?? ""] || "");
+    this.words.className = freehand && live && !rehearsal.words ? "words uncertified" : changed || silent || rehearsal.state === "failed" ? "words caution" : "words";
     this.startButton.textContent = rehearsal.state === "running" ? "Pause" : rehearsal.state === "paused" ? "Continue" : "Start";
     const startable = driving || ["absent", "failed"].includes(rehearsal.state ?? "");
     const pausable = rehearsal.state === "running"; // by whoever watches
@@ -157,9 +172,9 @@ export default class RehearsePanel {
     say(this.modeWords, modeWords(rehearsal, targets));
     for (const button of [this.forward, this.back, this.twistLeft, this.twistRight]) button.disabled = !(driving && rehearsal.state === "running");
     const { mode, phase } = rehearsal; // a button that the controller would not heed is off
-    this.forward.disabled ||= mode !== "path" && phase !== "inspect_approach";
-    this.back.disabled ||= mode !== "path";
-    for (const button of [this.twistLeft, this.twistRight]) button.disabled ||= mode !== "free" && phase !== "inspect_hold";
+    this.forward.disabled ||= !freehand && mode !== "path" && phase !== "inspect_approach";
+    this.back.disabled ||= !freehand && mode !== "path";
+    for (const button of [this.twistLeft, this.twistRight]) button.disabled ||= !freehand && mode !== "free" && phase !== "inspect_hold";
     for (const button of [this.forward, this.back, this.twistLeft, this.twistRight]) if (button.disabled) button.letGo();
   }
 
@@ -264,9 +279,11 @@ function isLive(rehearsal) {
  * @param {number} targets
  */
 function modeWords(rehearsal, targets) {
+  if (rehearsal.control?.mode === "freehand") return FREEHAND_TASKS[rehearsal.mode ?? ""] ?? FREEHAND_TASKS.path;
   if (rehearsal.mode === "free") return "No path holds the tip. The margin to bone is kept. What is switched on below holds too.";
   if (rehearsal.mode === "inspect") return "Drag the handle: the tool swings about the target. The view point is brought onto it and stays there.";
+  const lead = rehearsal.control?.mode === "teleoperated" ? "The device only sets how fast. " : "";
   if (rehearsal.path_done && targets) return "At the end of the path. ‘Inspect’ looks at a target.";
   if (rehearsal.path_done) return "At the end of the path.";
-  return "The tip is led along the path. Forward and back need no aiming in depth. The tool is twisted in Free and Inspect.";
+  return `The tip is led along the path. ${lead}Forward and back need no aiming in depth. The tool is twisted in Free and Inspect.`;
 }

@@ -1,4 +1,4 @@
-// What the status bar says of the rigid tool: force, tip error, clearance, target, and what holds it.
+// What the status bar says of the tool: that a free hand has no certificate, force, tip error, clearance, target, and what holds it.
 import { holdingWords, reading } from "/static/js/status.js";
 
 /** @import { RehearsalSection, ViewModel } from "/static/js/types.js" */
@@ -7,18 +7,22 @@ const NEAR_MM = 0.1; // this close to the margin the clearance is shown as a cau
 
 export class RehearsalStatus {
   constructor() {
+    this.mode = reading("Freehand");
+    this.mode.say("without the certificate");
+    this.mode.element.classList.add("alarm");
     this.force = reading("Force");
     this.tip = reading("Tip error");
     this.clearance = reading("To bone");
     this.target = reading("To the target");
     this.holding = reading("Held by", "fill");
-    this.elements = [this.force, this.tip, this.clearance, this.target, this.holding].map(({ element }) => element);
+    this.elements = [this.mode, this.force, this.tip, this.clearance, this.target, this.holding].map(({ element }) => element);
   }
 
   /** @param {ViewModel} state */
   update({ rehearsal }) {
     /** @type {Partial<RehearsalSection>} */
     const now = rehearsal ?? {};
+    this.mode.element.hidden = now.control?.mode !== "freehand";
     this.force.set(now.force_n, 2, "N");
     this.tip.set(now.mode === "path" ? now.tip_error_mm : null, 1, "mm");
     this.clearance.set(now.clearance_mm, 2, "mm", now.clearance_capped ? "≥ " : "");

@@ -65,7 +65,7 @@ export function leastClearance(series) {
  */
 export function speeds(series) {
   if (!series.joints.length) return [{ name: "Tip", values: tipSpeed(series) }];
-  return series.joints.map(({ unit }, joint) => ({ name: `Joint ${joint + 1}`, values: series.speed[joint].map((value) => (unit === "rad" ? DEGREES * value : value)) }));
+  return series.joints.map(({ unit }, joint) => ({ name: String(joint + 1), values: series.speed[joint].map((value) => (unit === "rad" ? DEGREES * value : value)) }));
 }
 
 /** @param {SeriesPublic} series mm/s */

@@ -3,7 +3,7 @@ import { h } from "/static/js/dom.js";
 import { jobWatch } from "/static/js/jobs.js";
 import { takeRunRequest } from "/static/js/open-run.js";
 import { feltHolds, holdList, modeLine, scoreFacts } from "/static/js/run-score.js";
-import { isUncertified, runName, runsOf, scoreOf, seriesOfRun } from "/static/js/runs.js";
+import { isUncertified, runName, runsOf, saveReport, scoreOf, seriesOfRun } from "/static/js/runs.js";
 import { draw, html, nothing, titled } from "/static/js/template.js";
 import { Dock } from "./dock.js";
 import { Player } from "./player.js";
@@ -111,6 +111,7 @@ export default class ReviewPanel {
   /** Fetch what is not known yet of the open run and those beside it, and show them. @param {number} [at] s */
   async load(at) {
     const request = ++this.asked;
+    if (this.player.main?.run.id !== this.openId) this.player.load(null, null); // nothing of another run while it comes
     this.render();
     const ids = [this.openId, ...this.beside].filter((id) => id !== null);
     try {
@@ -124,6 +125,7 @@ export default class ReviewPanel {
       return run && series ? { run, series } : null;
     });
     this.player.load(main, ghost);
+    this.runs = this.runs.map((run) => (run.score || !this.scores.has(run.id) ? run : { ...run, score: shortOf(/** @type {ScorePublic} */ (this.scores.get(run.id))) }));
     if (at !== undefined) this.player.seek(at);
     this.render();
   }
@@ -165,7 +167,8 @@ export default class ReviewPanel {
     return html`${titled(`Run of ${runName(run)}`, null, html`
       ${modeLine(run.mode, !score.certified)}
       ${scoreFacts(score)}
-      ${holds.length ? html`<h3>${score.certified ? "Held" : "Contacts"}</h3>${holdList(holds, ({ t_s: at }) => this.goTo(at), MOST_HOLDS)}` : nothing}`)}`;
+      ${holds.length ? html`<h3>${score.certified ? "Held" : "Contacts"}</h3>${holdList(holds, ({ t_s: at }) => this.goTo(at), MOST_HOLDS)}` : nothing}
+      <button type="button" class="wide" id="report-runs" title="A page to print, with the runs beside" @click=${() => saveReport([run.id, ...this.beside])}>Report</button>`)}`;
   }
 
   /** @param {number} t */
@@ -185,4 +188,15 @@ export default class ReviewPanel {
     this.player.toggle();
     return true;
   }
+}
+
+/**
+ * What a list says of a run that was scored since it was read.
+ * @param {ScorePublic} score
+ */
+function shortOf({ certified, completed, time_s: time, path_error_mm: error, least_clearance_mm: least, contacts, held_s: held }) {
+  return {
+    certified, completed, contacts, time_s: time, held_s: held, error_mm: error?.robot_frame.mean ?? null, error_max_mm: error?.robot_frame.max ?? null,
+    clearance_mm: Math.min(...Object.values(least)),
+  };
 }

@@ -1,6 +1,7 @@
 // The plots of a run, with a mark at the time that is shown; a press or drag upon one goes there.
 import { h } from "/static/js/dom.js";
 import { fixed } from "/static/js/format.js";
+import { millimetres } from "/static/js/runs.js";
 import { plotInto, plotOptions } from "/static/js/plot-line.js";
 import { THEMED } from "/static/js/theme.js";
 import { errorAlongPath, leastClearance, overTime, sampleAt, speeds, timeAlong } from "./curves.js";
@@ -21,7 +22,7 @@ const GHOST = { colour: "--ghost", width: 1.25, dash: [5, 4] };
 /** @param {SeriesPublic} main @param {SeriesPublic | null} ghost @returns {Content[]} */
 export function contentsOf(main, ghost) {
   const runs = ghost ? [main, ghost] : [main];
-  const two = (/** @type {string} */ name) => [{ name, colour: "--accent" }, ...(ghost ? [{ name: "Other run", ...GHOST }] : [])];
+  const two = () => [{ name: "this run", colour: "--accent" }, ...(ghost ? [{ name: "beside", ...GHOST }] : [])];
   const value = (/** @type {number | null | undefined} */ number, /** @type {number} */ digits, /** @type {string} */ unit) => (number === null || number === undefined ? "" : `${fixed(number, digits)} ${unit}`);
   const least = leastClearance(main), moving = speeds(main);
   const inspected = main.progress_mm.every((s) => s === null) || errorAlongPath([main]).x.length < 2;
@@ -31,9 +32,9 @@ export function contentsOf(main, ghost) {
   const colours = ["--accent", "--caution", "--target", "--ghost", "--text-soft", "--alarm", "--fits"];
   const reach = Math.max(...main.reach_mm);
   return [
-    { title: inspected ? "Error" : "Tip error along the path", unit: "mm", lines: two("Error"), curves: error, digits, along: !inspected, now: (at) => value(main.error_mm[at], digits, "mm") },
-    { title: "Clearance", unit: "mm", lines: two("Clearance"), curves: overTime(runs, leastClearance), digits: 1, now: (at) => (least[at] === null ? `over ${fixed(reach, 1)} mm` : `${value(least[at], 2, "mm")} to ${main.structures[main.nearest[at]] ?? ""}`) },
-    { title: "Force of the hand", unit: "N", lines: two("Force"), curves: overTime(runs, (series) => series.force_n), digits: 1, now: (at) => value(main.force_n[at], 2, "N") },
+    { title: inspected ? "Error" : "Tip error along the path", unit: "mm", lines: two(), curves: error, digits, along: !inspected, now: (at) => (main.error_mm[at] === null ? "" : millimetres(main.error_mm[at])) },
+    { title: "Clearance", unit: "mm", lines: two(), curves: overTime(runs, leastClearance), digits: 1, now: (at) => (least[at] === null ? `over ${fixed(reach, 1)} mm` : `${value(least[at], 2, "mm")} to ${main.structures[main.nearest[at]] ?? ""}`) },
+    { title: "Force of the hand", unit: "N", lines: two(), curves: overTime(runs, (series) => series.force_n), digits: 1, now: (at) => value(main.force_n[at], 2, "N") },
     {
       title: main.joints.length ? "Joint speeds" : "Speed of the tip", unit: main.joints.length ? "mm/s, °/s" : "mm/s", digits: 0,
       lines: moving.map(({ name }, index) => ({ name, colour: colours[index % colours.length], width: 1.2 })),
@@ -41,6 +42,13 @@ export function contentsOf(main, ghost) {
       now: (at) => { const fastest = Math.max(...moving.map(({ values }) => Math.abs(values[at]))); return main.joints.length ? `up to ${fixed(fastest, 1)}` : value(fastest, 1, "mm/s"); },
     },
   ];
+}
+
+/** The name of a line with its colour. @param {Line} line */
+function keyOf({ name, colour, dash }) {
+  const swatch = h("i", { class: dash ? "dashed" : "" });
+  swatch.style.borderTopColor = `var(${colour})`;
+  return h("span", {}, swatch, name);
 }
 
 export class Plots {
@@ -79,7 +87,7 @@ class Plot {
     this.now = h("span", { class: "number" });
     this.line = h("div", { class: "plot-now" });
     this.area = h("div", { class: "plot-area" });
-    this.element = h("figure", { class: "plot", "aria-label": content.title }, h("figcaption", {}, h("span", {}, content.title), this.now), this.area);
+    this.element = h("figure", { class: "plot", "aria-label": content.title }, h("figcaption", {}, h("span", {}, content.title), h("span", { class: content.lines.length > 2 ? "plot-keys" : "plot-keys two" }, content.lines.length > 1 ? content.lines.map((line) => keyOf(line)) : []), this.now), this.area);
     /** @type {ReturnType<typeof plotInto> | null} */
     this.plot = null;
     this.watch = new ResizeObserver(() => this.fit());

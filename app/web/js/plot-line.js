@@ -28,7 +28,7 @@ export function plotOptions({ width, height, lines, x, unit, digits = 1, sync, l
   const common = { stroke: faint, grid, ticks: { show: false }, font: FONT };
   return {
     width, height,
-    padding: [6, 10, 0, 0],
+    padding: [6, 18, 0, 0],
     legend: { show: false },
     cursor: { drag: { x: false, y: false }, points: { size: 6 }, ...(sync ? { sync: { key: sync } } : {}) },
     scales: { x: { time: false }, y: { range: (...[, low, high]) => rangeOf(least ?? low, high) } },

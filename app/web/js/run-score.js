@@ -32,7 +32,7 @@ export function factsOf(score) {
   if (target) facts.push({ name: "Target error, mean", value: millimetres(target.robot_frame.mean) });
   if (score.angle_deg !== null) facts.push({ name: "Angle covered", value: `${fixed(score.angle_deg, 0)}°` });
   for (const [name, least] of Object.entries(score.least_clearance_mm)) facts.push({ name: `Nearest to ${name}`, value: `${least >= score.reach_mm - 1e-6 ? "≥ " : ""}${millimetres(least)}`, worse: least < 0 });
-  if (score.contacts) facts.push({ name: "Contacts", value: `${score.contacts}, up to ${fixed(score.max_depth_mm, 1)} mm deep`, worse: true });
+  if (score.contacts) facts.push({ name: "Contacts", value: `${score.contacts}, ${fixed(score.max_depth_mm, 1)} mm deep`, worse: true });
   else if (!score.certified) facts.push({ name: "Contacts", value: "none" });
   facts.push({ name: "Held", value: duration(score.held_s) });
   if (score.spectral_arc_length !== null) facts.push({ name: "Smoothness", value: fixed(score.spectral_arc_length, 2) });

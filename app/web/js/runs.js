@@ -1,6 +1,6 @@
 // Runs of the open head as the planner stores them, and the words for what they are worth.
 import { fixed, whenShort } from "./format.js";
-import { read } from "./rest.js";
+import { download, read } from "./rest.js";
 
 /** @import { RunTitle, ScorePublic, SeriesPublic } from "./types.js" */
 
@@ -28,6 +28,15 @@ export function scoreOf(id) {
 /** @param {string} id @returns {Promise<SeriesPublic>} */
 export function seriesOfRun(id) {
   return read(`/api/v1/runs/${encodeURIComponent(id)}/series`);
+}
+
+/**
+ * Let the browser save the report on runs, the first beside the others; more than six are left out.
+ * @param {string[]} ids
+ */
+export function saveReport([first, ...others]) {
+  const beside = others.slice(0, 5).map((id) => `beside=${encodeURIComponent(id)}`).join("&");
+  download(`/api/v1/runs/${encodeURIComponent(first)}/report${beside ? `?${beside}` : ""}`);
 }
 
 /** @param {string | null | undefined} mode */

@@ -8,6 +8,7 @@ import { draw, html, live, nothing, unlessFocused } from "./template.js";
 
 /** @import { Connection } from "./connection.js" */
 /** @import { Entry } from "./palette.js" */
+/** @import { ViewFollower } from "./scene-layer/view-follower.js" */
 /** @import { Commands, JobPublic, ViewModel, ViewSection } from "./types.js" */
 
 /** @typedef {Commands["view.set"]} Look */
@@ -24,9 +25,11 @@ export class SceneLook {
   /**
    * @param {Connection} connection
    * @param {(view: View) => void} look turns the camera
+   * @param {ViewFollower} follower
    */
-  constructor(connection, look) {
+  constructor(connection, look, follower) {
     this.connection = connection;
+    this.follower = follower;
     this.look = look;
     /** @type {ViewSection | null} as it is told, or asked for since */
     this.view = null;
@@ -101,8 +104,14 @@ export class SceneLook {
       </div>
       <label class="field"><span class="field-label">Cut</span><select id="cut" @change=${this.chosen}>${options(CUTS, cut)}</select></label>
       <label class="field" ?hidden=${!slices}><span class="field-label">CT slices in 3D</span>
-        <select id="slices-in-scene" @change=${this.sliced}>${options(SLICES, shown)}</select></label>`);
+        <select id="slices-in-scene" @change=${this.sliced}>${options(SLICES, shown)}</select></label>
+      <label class="check" title="During a drive, 3D goes along with the tip"><input type="checkbox" id="follow-view" .checked=${live(this.follower.on)} @change=${this.followed}>Follow the tip</label>`);
   }
+
+  followed = (/** @type {Event} */ { currentTarget }) => {
+    this.follower.set(/** @type {HTMLInputElement} */ (currentTarget).checked);
+    this.render();
+  };
 
   faded = (/** @type {Event} */ event) => {
     if (this.view) this.view = { ...this.view, opacity: shareIn(event) };

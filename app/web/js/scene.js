@@ -8,6 +8,7 @@ import { LAID_OUT } from "./layout.js";
 import { letterOf } from "./letters.js";
 import { replay } from "./replay.js";
 import { SceneLayer } from "./scene-layer/layer.js";
+import { ViewFollower } from "./scene-layer/view-follower.js";
 import { THEMED } from "./theme.js";
 
 /** @import { Connection } from "./connection.js" */
@@ -18,6 +19,7 @@ import { THEMED } from "./theme.js";
 export const TOUCHED = "vfix:scene-touched";
 
 const SOFTWARE_RESOLUTION = 0.6;
+const STILL_MS = 400; // until a scene that rests has been drawn in its size
 const SCALES_MM = [1, 2, 5, 10, 20, 50, 100, 200];
 
 export class SceneFrame {
@@ -34,7 +36,10 @@ export class SceneFrame {
     this.isClosed = false;
     this.software = drawsInSoftware();
     this.layout = "";
+    this.follower = new ViewFollower();
     this.rests = false; // without a graphics card, while the endoscope is large and the tool moves
+    /** @type {number | undefined} until it rests */
+    this.restTimer = undefined;
     this.changedLegend = whenChanged();
     this.holding = false;
     /** @type {CSSStyleSheet | null} of the page within the frame */
@@ -50,7 +55,10 @@ export class SceneFrame {
       this.restIfMust(this.connection.state);
       this.drawIfSeen();
     });
-    new ResizeObserver(() => this.drawIfSeen()).observe(this.frame);
+    new ResizeObserver(() => {
+      if (this.rests) this.drawOnce();
+      this.drawIfSeen();
+    }).observe(this.frame);
     window.addEventListener(LET_GO, () => this.pointerGone());
     pacing.addEventListener("scale", () => this.layer?.hooks.resolve(pacing.scale));
     replay.addEventListener("change", () => this.layer?.replayed.show(replay.tools));
@@ -140,8 +148,20 @@ export class SceneFrame {
     this.sheet = null;
   }
 
+  /** A scene that rests shows the picture of when it began to, also in another size: its canvas is empty then. */
+  drawOnce() {
+    clearTimeout(this.restTimer);
+    this.layer?.hooks.draw(true);
+    this.drawn = true;
+    this.restTimer = setTimeout(() => {
+      this.restTimer = undefined;
+      this.drawIfSeen();
+    }, STILL_MS);
+  }
+
   /** A hidden frame continues to draw unless it is notified. */
   drawIfSeen() {
+    if (this.restTimer !== undefined) return;
     const seen = !this.rests && this.frame.checkVisibility({ visibilityProperty: true }) && this.frame.clientHeight > 0;
     if (!this.layer || seen === this.drawn) return;
     this.drawn = seen;
@@ -157,6 +177,7 @@ export class SceneFrame {
     if (rests === this.rests) return;
     this.rests = rests;
     byId("scene-rests").hidden = !rests;
+    if (rests) this.drawOnce();
     this.drawIfSeen();
   }
 
@@ -199,6 +220,7 @@ export class SceneFrame {
       this.waitWords.textContent = state.scene?.words ?? "Preparing the scene …";
     }
     this.restIfMust(state);
+    this.follower.at(state.step?.name === "rehearse" ? state.rehearsal?.tip : undefined, this.layer?.turning, this.holding);
     this.layer?.update(state.labels, state.camera, state.view?.skin);
     this.changedLegend([state.corridor?.scale, state.step?.name, hasErrorBalls(state)], () => this.renderLegend(state.corridor?.scale, hasErrorBalls(state)));
     const height = state.camera?.view_height_mm;

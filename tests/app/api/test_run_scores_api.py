@@ -65,6 +65,12 @@ def test_a_run_is_scored_once_and_its_series_are_downloaded(services: Services) 
         assert "no rigid tool" in refused.json()["error"]["message"]
         assert client.get(f"/api/v1/runs/nobody/{what}").status_code == 404
 
+    page = client.get(f"{path}/report", params={"beside": rigid["id"]})
+    assert page.headers["content-type"].startswith("text/html")
+    assert f'filename="{rigid["id"]}.html"' in page.headers["content-disposition"]
+    assert "Not for clinical use" in page.text
+    assert client.get(f"{path}/report", params={"beside": snake["id"]}).status_code == 422
+
     key = rigid["files"]["ticks.f64"]["sha256"]
     services.sweep()
     kept = services.store.derived.path(key, FILE)

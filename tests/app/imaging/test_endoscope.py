@@ -67,6 +67,8 @@ def test_it_is_made_once_and_is_what_the_page_can_draw(
 ) -> None:
     plan = plan_in(client, case, PLACES)
     address = f"/api/v1/plans/{plan}/endoscope"
+    missing = client.get(address)
+    assert (missing.status_code, "POST makes it" in missing.json()["error"]["message"]) == (404, True)
     job = client.post(address).json()
     ended = services.jobs.wait(job["id"], 60.0)
     assert (job["kind"], ended.state, ended.case_id) == ("endoscope", "done", case.id)
@@ -98,11 +100,47 @@ def test_it_is_made_once_and_is_what_the_page_can_draw(
     first.write_bytes(first.read_bytes()[:1000])
     services.endoscope.forget([])
     monkeypatch.undo()
-    assert client.get(address).headers["ETag"] == etag  # what is damaged is made again
+    assert client.get(address).status_code == 404  # what is damaged is made again
+    services.jobs.wait(client.post(address).json()["id"], 60.0)
+    assert client.get(address).headers["ETag"] == etag
     assert first.stat().st_size > 1000
     services.cases.delete(case.id)
     services.purge.run(case.id)
     assert derived(services) == []
+
+
+def test_bone_that_a_plan_removes_is_air_in_a_file_of_its_own(services: Services, client: Client, case: Case) -> None:
+    plan = plan_in(client, case, PLACES)
+    address = f"/api/v1/plans/{plan}/endoscope"
+    sizes = []
+    for x in (None, 14.0, 15.0):
+        if x is not None:
+            ball = {"shape": {"kind": "sphere", "centre": [x, 0.0, 0.0], "radius": 4.0}}
+            assert client.post(f"/api/v1/plans/{plan}/removed-bone", json=ball).status_code == 201
+        services.jobs.wait(client.post(address).json()["id"], 60.0)
+        positions = parts_of(client.get(address).content)["positions"]
+        sizes.append(float(positions[:, 0].max()))
+    assert sizes == pytest.approx([RADIUS, 18.0, 19.0], abs=0.3)
+    assert len(derived(services)) == 3
+
+
+def test_of_a_ct_only_the_files_that_were_used_last_are_kept(
+    services: Services, client: Client, case: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(endoscope, "KEPT", 2)
+    plans = [plan_in(client, case, [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0]]) for x in (-14.0, -3.0, 14.0)]
+
+    def made(plan: str) -> set[str]:
+        before = {file.name for file in derived(services)}
+        services.jobs.wait(client.post(f"/api/v1/plans/{plan}/endoscope").json()["id"], 60.0)
+        return {file.name for file in derived(services)} - before
+
+    first, second = made(plans[0]), made(plans[1])
+    assert len(first) == len(second) == 1
+    services.endoscope.forget([])
+    assert made(plans[0]) == set(), "it is read, and so used"
+    third = made(plans[2])
+    assert {file.name for file in derived(services)} == first | third
 
 
 def test_it_says_what_is_missing(services: Services, client: Client, case: Case) -> None:

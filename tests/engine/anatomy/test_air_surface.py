@@ -7,10 +7,13 @@ import pytest
 
 from vfix_engine.anatomy.endoscopy import mucosa
 from vfix_engine.anatomy.endoscopy.air_surface import BEYOND_MM, CORNER_STEP_MM, AirSurface, air_surface, box_about
+from vfix_engine.anatomy.lumen.wall import Wall
 from vfix_engine.anatomy.soft_tissue import TISSUE_HU
 from vfix_engine.arrays import Array
 from vfix_engine.errors import ImageError
 from vfix_engine.files.volume import Volume
+from vfix_engine.geometry.shape_distance import signed_distance
+from vfix_engine.geometry.shapes import Box, Sphere
 
 RADIUS = 3.0  # mm, of the cavity about the origin
 BONE_SIDE = 4.0  # mm: right of this x there is bone
@@ -49,6 +52,32 @@ def test_it_lies_at_the_level_of_tissue_and_its_normals_point_into_the_air(surfa
     fewer = air_surface(cavity(), BOX, triangles=500)
     assert len(fewer.mesh.faces) <= 500 < len(surface.mesh.faces)
     assert np.abs(np.linalg.norm(fewer.mesh.vertices, axis=1) - RADIUS).max() < 0.1
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.6])
+def test_where_bone_is_removed_there_is_air(turn: float) -> None:
+    """A box from within the cavity into the bone beside it, and a ball apart from both."""
+    at = np.eye(4)
+    at[:2, :2] = [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]
+    at[:3, 3] = [5.0, 0.0, 0.0]
+    centre, radius = np.array([-1.0, -1.0, 6.0]), 1.5
+    found = air_surface(cavity(), BOX, removed=[Box(at, [2.5, 1.2, 1.2]), Sphere(centre, radius)])
+    vertices = found.mesh.vertices
+    off = np.min(
+        [
+            np.abs(np.linalg.norm(vertices, axis=1) - RADIUS),
+            np.abs(signed_distance(Box(at, [2.5, 1.2, 1.2]), vertices)),
+            np.abs(np.linalg.norm(vertices - centre, axis=1) - radius),
+        ],
+        axis=0,
+    )
+    assert off.max() < 0.45, "edges and corners are round by the blur"
+    assert np.median(off) < 0.15
+    deep = np.array([[1.0, 0.0, 0.0]])
+    assert Wall(found.mesh).seen(np.zeros(3), deep)[0][0] > 5.0, "the cavity is open to where the bone was"
+    apart = np.linalg.norm(vertices - centre, axis=1) < radius + 0.3
+    assert apart.sum() > 50
+    assert ((vertices[apart] - centre) * found.normals[apart]).sum(axis=1).max() < -0.9 * radius
 
 
 def test_where_there_is_no_air_it_says_so() -> None:

@@ -26,6 +26,7 @@ from vfix_engine.robots import Tool
 from vfix_engine.runtime.run import Run, RunWriter
 from vfix_engine.study.metrics import RunScore, log_dimensionless_jerk, score_run, spectral_arc_length
 from vfix_engine.study.metrics.smoothness import dimensionless, filter_samples, moving
+from vfix_engine.study.series import series_of
 from vfix_engine.virtual_fixtures import Zone
 from vfix_engine.worlds.rigid.headless import HeadlessRun
 from vfix_engine.worlds.rigid.rehearsal import Rehearsal
@@ -275,6 +276,8 @@ def test_inspection_as_the_drive_measured_it(inspected: Drive) -> None:
     assert score.angle_deg is not None
     assert score.target_error_mm.robot_frame.mean == pytest.approx(np.mean(inspected.target_error), abs=1e-9)
     assert score.target_error_mm.robot_frame.max == pytest.approx(max(inspected.target_error), abs=1e-9)
+    series = series_of(inspected.run)
+    np.testing.assert_allclose(series.error[series.phase == 5], inspected.target_error, atol=1e-9)
     rows = inspected.run.column("phase") == 5
     turns = Rotation.from_matrix(inspected.column(*(f"r{i}{j}" for i in range(3) for j in range(3))).reshape(-1, 3, 3))
     held = turns[np.flatnonzero(rows).tolist()]

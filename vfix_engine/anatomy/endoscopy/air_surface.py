@@ -2,12 +2,13 @@
 
 Its level is `TISSUE_HU`, as everywhere in this package, of the CT blurred by `BLUR_MM`, which takes noise away and
 leaves walls where they are. Normals come from the gradient of that CT, so that they are smooth whatever the triangles
-are. The surface is open where its box or the scan ends.
+are. The surface is open where its box or the scan ends. Where bone is to be removed there is air.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +20,11 @@ from vfix_engine.anatomy.surface import clean, extract_surface
 from vfix_engine.anatomy.thinning import clustered, collapsed
 from vfix_engine.arrays import Array
 from vfix_engine.errors import ImageError, MeshError
-from vfix_engine.files.volume import Volume
+from vfix_engine.files.volume import AIR_HU, Volume
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.geometry.shape_distance import signed_distance
+from vfix_engine.geometry.shape_surface import border_triangles
+from vfix_engine.geometry.shapes import Shape
 from vfix_engine.progress import ProgressCallback, no_progress
 
 AIR_TRIANGLES = 180_000
@@ -52,15 +56,22 @@ def box_about(places: npt.ArrayLike) -> Array:
 
 
 def air_surface(
-    volume: Volume, box: Array, *, triangles: int | None = AIR_TRIANGLES, progress: ProgressCallback = no_progress
+    volume: Volume,
+    box: Array,
+    *,
+    removed: Sequence[Shape] = (),
+    triangles: int | None = AIR_TRIANGLES,
+    progress: ProgressCallback = no_progress,
 ) -> AirSurface:
     """Extract the surface within a box (2, 3) in LPS mm, with about so many triangles at most; None: with all.
+
+    removed: spheres, capsules and boxes, LPS mm, in which all is air, as after an operation that removes bone there.
 
     Raises:
         ImageError: there is no air against tissue in the box, or it has more than `MOST_VOXELS` of `FINE_MM`.
     """
     progress("Reading the CT about the path", 0.0)
-    fine = _blurred(_finer(_cropped(volume, box)))
+    fine = _blurred(_without(_finer(_cropped(volume, box)), removed))
     progress("Finding the border of air and tissue", _BLURRED)
     mesh = _cleaned(fine)
     if triangles is not None and len(mesh.faces) > triangles:
@@ -100,6 +111,24 @@ def _finer(volume: Volume) -> Volume:
     found = ndimage.zoom(volume.hu.astype(np.float32), factors, order=3, mode="nearest", grid_mode=False)
     spacing = volume.spacing * (counts - 1) / (np.array(found.shape[::-1]) - 1)
     return Volume(_int16(found), volume.origin, spacing, volume.direction)
+
+
+def _without(volume: Volume, removed: Sequence[Shape]) -> Volume:
+    """The volume with air inside of shapes; a voxel that a border cuts has its share of it."""
+    if not removed:
+        return volume
+    hu, last = volume.hu.copy(), np.array(volume.hu.shape[::-1]) - 1
+    for shape in removed:
+        at = volume.lps_to_index(border_triangles(shape, 1.0).reshape(-1, 3))
+        low, high = np.floor(at.min(axis=0)).astype(int) - 1, np.ceil(at.max(axis=0)).astype(int) + 1
+        low, high = np.clip(low, 0, last), np.clip(high, 0, last)
+        axes = [np.arange(a, b + 1) for a, b in zip(low, high, strict=True)]
+        for k in axes[2]:  # a slice at a time: the shape may be as large as the box
+            index = np.stack(np.meshgrid(axes[0], axes[1], [k], indexing="ij"), axis=-1).reshape(-1, 3)
+            inside = np.clip(0.5 - signed_distance(shape, volume.index_to_lps(index)) / volume.spacing.min(), 0.0, 1.0)
+            part = hu[k, low[1] : high[1] + 1, low[0] : high[0] + 1]
+            part[:] = np.rint(part + inside.reshape(len(axes[0]), -1).T * (AIR_HU - part))
+    return Volume(hu, volume.origin, volume.spacing, volume.direction)
 
 
 def _blurred(volume: Volume) -> Volume:

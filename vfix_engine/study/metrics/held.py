@@ -106,7 +106,16 @@ class _Steps:
             near = None if path is None else PathPoint.at(path, float(samples.path_s[row]))
             settings = samples.settings[row]
             tool = system.measure(self._q[index - 1], self._v[index - 1], settings)
-            state = RehearsalState(tool, mode_of(phase), phase, near, int(samples.target[row]), index, settings)
+            state = RehearsalState(
+                tool,
+                mode_of(phase),
+                phase,
+                near,
+                int(samples.target[row]),
+                index,
+                settings,
+                deflection=samples.deflection[row],
+            )
         for request in asked:
             if isinstance(request, Request):
                 state = system.apply(state, request)

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import ControlError
-from ...runtime.control_mode import Control
+from ...errors import ControlError, InputError
+from ...runtime.control_mode import TELEOPERATED, Control
 from ...runtime.driver import Driver, Log
 from ...runtime.requests import Reset, SetTask
 from ...virtual_fixtures.tip_limit import tip_limits
 from .covariance_watch import CovarianceWatch
 from .dry_run import dry_run
-from .operators import PushingOperator, RigidOperator, ScriptedOperator, behind_device
+from .operators import PushingOperator, RecordedOperator, RigidOperator, ScriptedOperator, behind_device
 from .rehearsal import Rehearsal
 from .requests import ApproachPoint
 from .servo import ServoWatch
@@ -121,6 +121,22 @@ class HeadlessRun:
         self._start()
         operator = self._scripted() if hand is None else behind_device(hand, self.control)
         return self._drive(operator, lambda s: s.phase == "done")
+
+    def repeat(self, hand: RecordedOperator) -> RigidSnapshot:
+        """From the start on the path by a recorded hand, as long as that was recorded.
+
+        Raises InputError where the hand led another device than this drive's; one without a device leads any.
+        """
+        if hand.control.mode == TELEOPERATED and hand.control != self.control:
+            device, mode = hand.control.device, self.control.mode
+            raise InputError(f"the recorded hand led a {device} device; it cannot drive {mode} with another one")
+        same = hand.control.mode == self.control.mode
+        operator: RigidOperator = hand if same else behind_device(hand, self.control)
+        self._start()
+        snapshot = self.rehearsal.snapshot(self._driver.state)
+        for _ in range(max(round(hand.duration_s / self.rehearsal.settings.dt_s), 1)):
+            snapshot = self._one(operator)
+        return snapshot
 
     def push(self, steps: int, seed: int, free: bool) -> dict[str, Any]:
         """Along the path to its tightest place, then ``steps`` steps of full force into bone; what these came to."""

@@ -1,20 +1,26 @@
-"""Operators of the rigid tool: one that does the job, one that pushes into bone, and both behind a device."""
+"""Operators of the rigid tool: one that does the job, one that pushes, a recorded hand; and each behind a device."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from ...arrays import Array
 from ...control.admittance import saturate
 from ...control.tasks import view_point
+from ...errors import InputError
 from ...kernels.triples import triple
 from ...runtime.command import Command, Master
-from ...runtime.control_mode import TELEOPERATED, Control
+from ...runtime.control_mode import MODES, TELEOPERATED, Control, Device
 from ...runtime.operator import Act
+from ...runtime.requests import Reset
+from ...runtime.run import Run
 from .state import RehearsalState
 from .system import RigidSystem
+
+_SAME_S = 1e-9  # two times that differ by less are the same
 
 RigidOperator = Callable[[RigidSystem, RehearsalState], Act]  # an ``Operator`` that never finishes
 
@@ -82,6 +88,47 @@ class TeleoperatedOperator:
             return Act(Command(force, twist=command.twist, rate=True), act.requests)
         increment = settings.gain_mm_per_s_per_n * settings.dt_s / settings.master_scale * force
         return Act(Command(np.zeros(3), twist=command.twist, master=Master(increment)), act.requests)
+
+
+class RecordedOperator:
+    """The hand of a recorded run, by its time: what it did from the run's last return to the start on.
+
+    A step takes the command of its begin, and of a master the sum of what it moved within the step; at the rate of the
+    recording these are the recorded commands. Before the begin and after the end the hand is at rest. Requests of the
+    run, such as another task, are not repeated (Li 2007, section V.E).
+
+    duration_s: of the recording. control: what the hand led, as in the run's manifest.
+
+    Raises:
+        InputError: the run has no samples, no clock or no mode of a hand, or its mode was changed on the way.
+    """
+
+    def __init__(self, run: Run):
+        starts = [event.at for event in run.events if isinstance(event.content, Reset) and event.at < len(run.ticks)]
+        first = max(starts, default=0)
+        if first >= len(run.ticks):
+            raise InputError("the run has no samples, so no hand to repeat")
+        if run.mode not in MODES:
+            raise InputError(f"a run {'of mixed modes' if run.mode else 'without a mode'} has no hand to repeat")
+        device: Device = "rate" if run.manifest.get("device") == "rate" else "position"
+        self.control = Control(run.mode, device)
+        self._commands = [run.command(index) for index in range(first, len(run.ticks))]
+        self._end = np.maximum.accumulate(run.column("t")[first:])
+        self.duration_s, self._step = float(self._end[-1]), 0
+
+    def __call__(self, system: RigidSystem, state: RehearsalState) -> Act:
+        dt = state.settings.dt_s
+        begin, end = self._step * dt, (self._step + 1) * dt
+        self._step += 1
+        here, there = np.searchsorted(self._end, [begin + _SAME_S, end + _SAME_S]).tolist()
+        if here >= len(self._commands):
+            return Act(Command(np.zeros(3)))
+        command = self._commands[here]
+        masters = [one.master for one in self._commands[here : max(there, here + 1)] if one.master is not None]
+        if command.master is None or len(masters) < 2:
+            return Act(command)
+        increment = np.sum([one.increment for one in masters if one.clutch] or [np.zeros(3)], axis=0)
+        return Act(replace(command, master=Master(np.asarray(increment), any(one.clutch for one in masters))))
 
 
 def behind_device(hand: RigidOperator, control: Control) -> RigidOperator:

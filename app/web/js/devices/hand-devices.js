@@ -14,6 +14,8 @@ import { SpaceMouseSource } from "./space-mouse.js";
 /** @type {readonly DeviceKind[]} */
 export const DEVICES = ["mouse", "keys", "gamepad", "space-mouse"];
 
+const SLOW_MS = 50;
+
 /** Says `change` when another device is chosen, or one comes or goes, and `axes` with each frame in which it was read. */
 export class HandDevices extends EventTarget {
   /**
@@ -80,11 +82,16 @@ export class HandDevices extends EventTarget {
   ask() {
     if (this.asked || !this.watched || !this.source) return;
     this.asked = true;
-    requestAnimationFrame(() => {
+    let done = false;
+    const go = () => {
+      if (done) return;
+      done = true;
       this.asked = false;
       if (this.watched) this.read();
       this.ask();
-    });
+    };
+    requestAnimationFrame(go);
+    if (this.channel.held) setTimeout(go, SLOW_MS); // frames of a busy page are too far apart for a hand
   }
 
   read() {

@@ -9,6 +9,7 @@ import { say } from "../said.js";
 import { length, minus } from "../slices/vectors.js";
 import { lensOf } from "./lens.js";
 import { NOSE } from "./looks.js";
+import { NearnessCues } from "./nearness-cues.js";
 import { PoseChannel } from "./pose-channel.js";
 import { Renderer } from "./renderer.js";
 import { ScopeTools } from "./scope-tools.js";
@@ -45,6 +46,8 @@ export class EndoscopeView {
       class: "scope-picture", tabIndex: 0, role: "img", "aria-label": "Picture of the endoscope; ← and → turn its lens", title: "Drag turns the lens; double-click turns it back",
     });
     this.tools = new ScopeTools(this.canvas, (moves) => this.seenAnew(moves), () => this.save());
+    this.cues = new NearnessCues();
+    this.tools.saveButton.before(...this.cues.buttons);
     this.swapButton = h("button", { type: "button", class: "icon plain scope-swap", id: "scope-swap", onclick: () => page.swap() }, icon("large"));
     this.nearness = new NearnessGauge();
     this.source = h("span", { id: "scope-source" });
@@ -64,7 +67,7 @@ export class EndoscopeView {
     this.changedPlan = whenChanged();
     this.channel = new PoseChannel((pose) => this.came(pose), (words) => this.told(words));
     this.surface = new SurfaceLoader((data) => this.loaded(data));
-    root.replaceChildren(this.canvas, this.tools.element, this.swapButton, this.nearness.element, h("p", { class: "scope-foot" }, this.source, this.channelWords), this.surface.element);
+    root.replaceChildren(this.canvas, this.cues.vignette, this.tools.element, this.swapButton, this.nearness.element, h("p", { class: "scope-foot" }, this.source, this.channelWords), this.surface.element);
     this.canvas.addEventListener("webglcontextlost", (event) => this.lose(event));
     this.canvas.addEventListener("webglcontextrestored", () => this.recover());
     window.addEventListener(LAID_OUT, (event) => this.laidOut(/** @type {CustomEvent<string>} */ (event).detail));
@@ -86,6 +89,7 @@ export class EndoscopeView {
     const live = this.visible && LIVE.includes(rehearsal?.state ?? "");
     this.channel.follow(live && plan ? plan.id : null);
     if (!live) this.driven = null;
+    this.cues.update(state, this.visible);
     if (!this.visible) return;
     this.nearness.update(state.nearness);
     if (!this.prepare(state)) {
@@ -106,14 +110,15 @@ export class EndoscopeView {
    * Ask for what the picture is made of; false where that cannot be.
    * @param {ViewModel} state
    */
-  prepare({ case: head, plan }) {
+  prepare({ case: head, plan, regions }) {
+    const removed = (regions?.items ?? []).filter(({ purpose }) => purpose === "remove").map(({ shape }) => shape);
     const places = [...plan?.points ?? [], ...plan?.targets ?? []].map(({ position }) => position);
     if (this.lost) this.surface.drop(DROPPED);
     else if (!head || !plan) this.surface.drop(head ? "No plan is open." : "No head is open.");
     else if (!head.has_volume) this.surface.drop("No CT, so no endoscope. Import this head’s CT in Patient.");
     else if (!plan.points.length) this.surface.drop("No path yet. Add one in Plan.");
     else if (this.start()) {
-      this.surface.want(plan.id, JSON.stringify([plan.id, places]));
+      this.surface.want(plan.id, JSON.stringify([plan.id, places, removed]));
       return true;
     }
     return false;

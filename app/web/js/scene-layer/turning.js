@@ -39,6 +39,19 @@ export class Turning {
     return true;
   }
 
+  /**
+   * Go along with a place that has moved.
+   * @param {number[]} from LPS, mm
+   * @param {number[]} to
+   */
+  shift(from, to) {
+    const { hooks } = this;
+    const way = hooks.world(to).sub(hooks.world(from));
+    const { x, y, z } = hooks.controls.getTarget(way.clone()).add(way);
+    hooks.controls.moveTo(x, y, z, false);
+    hooks.redraw();
+  }
+
   /** Before a standard view: what was shifted aside for a pivot is taken back, or the view would come out beside it. */
   reset() {
     this.pivot = null;
