@@ -49,7 +49,7 @@ class RunToReport:
         """Of a rigid tool; one in a free hand has the same scene and settings."""
         spec = spec_of(self.run)
         if getattr(spec, "scene", None) is None:
-            raise InputError(f"{self.id} is a run of the world '{spec.world}', which has no rigid tool to report on")
+            raise InputError(f"a run of '{spec.world}' has no rigid tool to report on")
         return spec  # type: ignore[return-value]
 
     @cached_property
@@ -79,7 +79,7 @@ def report_html(runs: Sequence[RunToReport]) -> str:
     Raises InputError for no run or more than `MOST_RUNS`, and for a run that cannot be scored.
     """
     if not 1 <= len(runs) <= MOST_RUNS:
-        raise InputError(f"a report is on 1 to {MOST_RUNS} runs, not on {len(runs)}")
+        raise InputError(f"a report takes 1 to {MOST_RUNS} runs, not {len(runs)}")
     labels = "ABCDEF" if len(runs) > 1 else " "
     shown = tuple(
         ReportedRun(

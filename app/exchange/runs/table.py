@@ -18,6 +18,7 @@ from vfix_engine.worlds.rigid.row import OUTCOMES, PHASES
 from vfix_engine.worlds.rigid.scene_parts import tool_from
 
 NOTICE_COLUMN = "not_for_clinical_use"  # all ones, so that copies of the table have the notice
+UNCERTIFIED = "driven without the certificate: bone does not stop the tool"
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +62,7 @@ def about(run: Run, run_id: str | None) -> dict[str, Any]:
     """What an export says of itself. run_id: of a stored run."""
     manifest = run.manifest
     world = WORLDS.get(manifest["world"])
+    certified = world is not None and world.certified
     return {
         "notice": NOTICE,
         "frame": FRAME,
@@ -70,7 +72,8 @@ def about(run: Run, run_id: str | None) -> dict[str, Any]:
         "mode": run.mode,
         "device": manifest.get("device"),
         "preset": manifest.get("preset"),
-        "certified": world is not None and world.certified,
+        "certified": certified,
+        "certificate": "every motion was certified" if certified else UNCERTIFIED,
         "seed": manifest["seed"],
         "whole": run.whole,
         "lost": run.lost,

@@ -28,9 +28,11 @@ def rehearse(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[
 
 
 def test_a_free_hand_with_errors_of_vision_contacts_bone_and_its_run_is_scored(
-    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    status, said, words = rehearse(["--seed", "1"], capsys)
+    status, said, words = rehearse(["--seed", "1", "--record", str(tmp_path / "hand.csv")], capsys)
+    about = json.loads((tmp_path / "hand.csv.about.json").read_text())
+    assert (about["mode"], about["certificate"][:31]) == ("freehand", "driven without the certificate:")
     assert (status, said["completed"], said["mode"], said["certified"]) == (0, True, "freehand", False)
     assert "without the certificate" in words
     assert said["contacts"] == sum(one["count"] for one in said["contacts_by"]) > 0

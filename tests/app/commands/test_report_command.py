@@ -1,4 +1,4 @@
-"""`vfix report`: one page of HTML on recorded runs, whose figures are those of their scores and series."""
+"""`vfix report`: HTML on recorded runs, with the figures of scores and series; a free hand is told apart (HAZ-41)."""
 
 from __future__ import annotations
 

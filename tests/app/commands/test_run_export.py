@@ -70,6 +70,7 @@ def test_a_table_holds_the_run_bit_by_bit(
         assert [from_csv[7, heading.index(f"s{i}_r [mm]")] for i in range(len(tool))] == [p["radius"] for p in tool]
         assert about["mode"] == "hands-on"
         assert about["certified"] is True
+        assert about["certificate"] == "every motion was certified"
 
 
 def messages(file: Path) -> Iterator[tuple[str, str, int, Any]]:
