@@ -36,7 +36,7 @@ export class CompareTable {
    */
   show(scored, runs, planName) {
     draw(this.element, scored.length < 2 ? html`<p class="empty">Add another run with <strong>+</strong> in the list.</p>` : html`
-      <table class="compare"><thead><tr><th scope="col"></th>${scored.map(({ run }, index) => html`<th scope="col" colspan=${index ? 2 : 1}>
+      <table class="compare"><thead><tr><td></td>${scored.map(({ run }, index) => html`<th scope="col" colspan=${index ? 2 : 1}>
         <span class="compare-name" data-run=${index === 0 ? "main" : index === 1 ? "ghost" : "other"}>${modeWord(run.mode)}</span>${isUncertified(run) ? html`<span class="pill">${UNCERTIFIED}</span>` : nothing}
         <span class="compare-sub">${planName(run.plan_id)} · ${runName(run)}</span></th>`)}</tr></thead>
       <tbody>${FIGURES.map((figure) => this.row(figure, scored))}</tbody></table>

@@ -24,7 +24,7 @@ export class Dock {
     /** @type {ScorePublic | null} */
     this.score = null;
     this.bar = h("div", { class: "timeline" });
-    this.body = h("div", { class: "review-body" });
+    this.body = h("div", { class: "review-body", tabIndex: 0, role: "region", "aria-label": "Plots and comparison" });
     this.element = h("section", { class: "review-dock", "aria-label": "Run over time" }, this.bar, this.body);
     this.element.addEventListener("keydown", (event) => this.key(event));
     player.addEventListener("change", () => this.render());
