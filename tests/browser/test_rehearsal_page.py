@@ -401,11 +401,13 @@ def test_one_click_changes_who_leads_the_tool_and_a_free_hand_is_told_in_colour(
     expect(page.locator(".reading.alarm")).to_contain_text("without the certificate")
     assert station.rehearsal()["control"]["certified"] is False
     station.start()
-    station.grab((-60.0, 30.0))
-    station.pull_until("contact", lambda: bool(station.rehearsal()["contacts"]))
+    station.grab(PULL)
+    station.pull_until("the tool in the hand", lambda: station.rehearsal()["force_n"] > 0.3)
+    page.mouse.up()
+    station.drive_until("ArrowUp", "contact", lambda: bool(station.rehearsal()["contacts"]))
     expect(page.locator("#contacts li").first).to_contain_text("in bone")
     station.picture("rehearse-freehand")
-    page.mouse.up()
+    page.keyboard.up("ArrowUp")
     page.click("#finish-run")
     station.wait_for("the runs", lambda: len(rest.client.get(f"/api/v1/runs?plan_id={plan}").json()) == 2)
     assert [run["mode"] for run in rest.client.get(f"/api/v1/runs?plan_id={plan}").json()] == ["freehand", "mixed"]

@@ -7,6 +7,7 @@ hands-on and the motion of a master in teleoperation, a deflection is a force of
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import msgspec
@@ -93,7 +94,9 @@ class HandInput:
         return replace(self, master=position, clutch=clutch, leads=self.leads + 1, lead=lead)
 
     def deflected(self, rate: Six, now: float) -> HandInput:
-        """After a message of a rate device; six zeros release it."""
+        """After a message of a rate device; six zeros release it. Clipped to ±1; a non-finite value is 0 (HAZ-05)."""
+        x, y, z, turn_x, turn_y, turn_z = (share(value) for value in rate)
+        rate = x, y, z, turn_x, turn_y, turn_z
         deflect = self.deflect.press(now) if any(rate) else self.deflect.release(now)
         return replace(self, rate=rate if any(rate) else self.rate, rated_at=now, deflect=deflect)
 
@@ -122,16 +125,15 @@ class Hand:
         before, self.input = self.input, news
         if news.moves != before.moves:
             onwards = before.hand.active(now)
-            place = np.array(news.grip)
-            self._coupling.move(place, now, onwards)
+            self._coupling.move(np.array(news.grip), now, onwards)
             if not onwards:
-                self._pressed_at, self._led = place, (place, self._led[1])
+                self._pressed_at = self._coupling.at(now)
+                self._led = self._pressed_at, self._led[1]
         if news.leads != before.leads:
             onwards = before.clutch and before.lead.active(now)
-            place = np.array(news.master)
-            self._master.move(place, now, onwards)
+            self._master.move(np.array(news.master), now, onwards)
             if not onwards:
-                self._led = self._led[0], place
+                self._led = self._led[0], self._master.at(now)
 
     def choose(self, control: Control, now: float) -> None:
         """Another mode or device at once: what is held goes on from where it is, without a jump."""
@@ -195,6 +197,11 @@ class Hand:
         """Translations (3,) and rotations (3,) of a rate device."""
         six = self.input.deflect.share(now) * np.array(self.input.rate)
         return six[:3], six[3:]
+
+
+def share(value: float) -> float:
+    """Clip to -1 … +1; a non-finite value counts as 0 (HAZ-05)."""
+    return min(max(float(value), -1.0), 1.0) if math.isfinite(value) else 0.0
 
 
 def _turned(grip: Grip, force: Array) -> Array:

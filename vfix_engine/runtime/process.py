@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import atexit
 import gc
-import math
 import multiprocessing
 import multiprocessing.process
 import signal
@@ -28,7 +27,7 @@ from .background import NoWorker, WorkerLink, Workers, work
 from .control_mode import Control, first_control
 from .driver import Driver
 from .events import Event
-from .hand import INPUT_BYTES, Hand, HandInput
+from .hand import INPUT_BYTES, Hand, HandInput, share
 from .loop import ControlLoop
 from .mailbox import Mailbox
 from .outbox import Outbox
@@ -182,7 +181,7 @@ class ControlProcess(Generic[T]):
 
     def axes(self, camera_x: float, camera_y: float, insert: float, buttons: int = 0) -> None:
         """Set camera and insertion, from -1 to +1 of full speed, and buttons held; needs heartbeats as a grip does."""
-        values = (_share(camera_x), _share(camera_y), _share(insert))
+        values = (share(camera_x), share(camera_y), share(insert))
         self._put(lambda i, now: _stick(replace(i, axes=values, buttons=int(buttons)), now))
 
     def master(self, position: ArrayLike, clutch: bool) -> None:
@@ -201,7 +200,7 @@ class ControlProcess(Generic[T]):
 
         Needs heartbeats, and to be told again within 0.25 s; six zeros release it.
         """
-        x, y, z, turn_x, turn_y, turn_z = (_share(value) for value in axes)
+        x, y, z, turn_x, turn_y, turn_z = axes
         self._put(lambda i, now: i.deflected((x, y, z, turn_x, turn_y, turn_z), now))
 
     def control(self, control: Control) -> None:
@@ -343,11 +342,6 @@ class ControlProcess(Generic[T]):
 
 def _sign(direction: int) -> int:
     return (direction > 0) - (direction < 0)
-
-
-def _share(value: float) -> float:
-    """Clip to -1 … +1; a non-finite value counts as 0 (HAZ-05)."""
-    return min(max(float(value), -1.0), 1.0) if math.isfinite(value) else 0.0
 
 
 def _key(hand: HandInput, direction: int, now: float) -> HandInput:

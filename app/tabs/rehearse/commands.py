@@ -12,7 +12,7 @@ from app.messages.fields import ClientMessage, Identifier
 from vfix_engine.runtime.control_mode import ControlMode, Device
 
 __all__ = [
-    "COMMANDS", "DriveCommand", "HoldCommand", "Push", "SetControl", "SetDriveSettings", "SetErrors", "SetMode",
+    "COMMANDS", "ChooseControl", "DriveCommand", "HoldCommand", "Push", "SetDriveSettings", "SetErrors", "SetMode",
     "SetOptions",
 ]  # fmt: skip
 
@@ -38,7 +38,7 @@ class SetOptions(ClientMessage):
     centre_mm: Annotated[float, Field(ge=0, le=1e4, allow_inf_nan=False)] | None = None
 
 
-class SetControl(ClientMessage):
+class ChooseControl(ClientMessage):
     """Another control mode: at once among hands-on and teleoperated; to or from freehand the drive ends, and the next
     one stands at the entry. device: of a teleoperated drive. preset: a paper's parameters, from the next entry on.
     """
@@ -70,7 +70,7 @@ COMMANDS: tuple[type[ClientMessage], ...] = (
     drive.MoveMaster,
     drive.DeflectRate,
     SetMode,
-    SetControl,
+    ChooseControl,
     SetOptions,
     SetErrors,
 )

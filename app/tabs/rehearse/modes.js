@@ -54,7 +54,7 @@ export class ModesGroup {
     const send = (/** @type {Partial<Control>} */ change) =>
       this.connection.send("rehearsal.control", /** @type {Control} */ ({ mode, device, preset, ...change }));
     draw(this.element, titled("Mode", null, html`
-      <div class="segmented" role="group" aria-label="Control mode">${MODES.map(([name, label]) => html`<button type="button" data-control=${name}
+      <div class="segmented devices" role="group" aria-label="Control mode">${MODES.map(([name, label]) => html`<button type="button" data-control=${name}
         aria-pressed=${String(name === mode)} ?disabled=${!open} @click=${() => send({ mode: name })}>${label}</button>`)}</div>
       ${hintLine("control-words", WORDS[mode], HELP)}
       ${mode === "freehand" ? html`<p class="words uncertified" id="uncertified" role="status">${WITHOUT}</p>` : nothing}

@@ -68,7 +68,7 @@ class RehearseTab(RehearsalSession):
             self._set_options(command)
         elif isinstance(command, c.SetMode):
             self._set_mode(command)
-        elif isinstance(command, c.SetControl):
+        elif isinstance(command, c.ChooseControl):
             self._set_control(command)
         elif isinstance(command, c.SetErrors):
             self.truth.choose(command)
@@ -98,7 +98,7 @@ class RehearseTab(RehearsalSession):
             index = 0 if target is None else self.now.prepared.target_index(target)
             drive.apply(self.client, SetTask(command.mode, index))
 
-    def _set_control(self, command: c.SetControl) -> None:
+    def _set_control(self, command: c.ChooseControl) -> None:
         """Another control mode: at once where the same process has it, else the drive ends and another one stands at
         the entry.
         """

@@ -59,7 +59,7 @@ STAGES = (
           "2004 names it without a size."),
     Stage("servo", "Servo lag", "ms", 200.0, 1.0, 33.0, "Time by which the joints are late. Assumed: one period of "
           "the papers' loop."),
-    Stage("compliance", "Hand bends robot", "mm/N", 1.0, 0.01, 0.25, "Per newton of a hand on the handle; none when "
+    Stage("compliance", "Bend by hand", "mm/N", 1.0, 0.01, 0.25, "Per newton of a hand on the handle; none when "
           "teleoperated. Assumed; Li 2007 names it without a size."),
     Stage("head", "Head moves", "mm", 5.0, 0.1, 0.5, "To and fro in four seconds, as in breathing. Assumed."),
 )  # fmt: skip

@@ -9,6 +9,7 @@ from app.scene.view import SceneView
 from vfix_engine.arrays import Array
 
 RADIUS_MM = 0.7
+LABEL_MM = np.array([0.0, 0.0, 7.0])  # from a tip to its name: above the believed one, below the true one
 
 
 class TruthNodes:
@@ -25,8 +26,8 @@ class TruthNodes:
         )
         self._apart = scene.add_line_segments("/truth/apart", line, palette.TRUE_TIP, thickness=0.25)
         self._names = [
-            view.labels.add(f"/truth/{name}_label", name, "item", font_screen_scale=0.8, anchor=anchor)
-            for name, anchor in (("believed", "bottom-right"), ("true", "top-left"))
+            view.labels.add(f"/truth/{name}_label", name, "item", font_screen_scale=0.8, anchor="center-center")
+            for name in ("believed", "true")
         ]
 
     def show(self, believed: Array, true: Array) -> None:
@@ -34,7 +35,7 @@ class TruthNodes:
         with self._view.atomic():
             for node, at in zip((self._believed, self._true), (believed, true), strict=True):
                 node.position = at
-            for name, at in zip(self._names, (believed, true), strict=True):
+            for name, at in zip(self._names, (believed + LABEL_MM, true - LABEL_MM), strict=True):
                 name.position = at
             self._apart.points = np.array([[believed, true]], dtype=np.float32)
         self._view.flush()

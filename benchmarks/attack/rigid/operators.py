@@ -156,6 +156,8 @@ def every_channel(memory: Memory, system: RigidSystem, state: RehearsalState) ->
         news = news.led((x, y, z), bool(random.random() < 0.9), now)
     elif kind <= 5:
         six = random.choice((*NONSENSE, -1.0, 1.0), size=6) if random.random() < 0.2 else random.uniform(-1, 1, 6)
+        if random.random() < 0.7:
+            six[:3] = grip.axes.T @ _to_bone(memory, system, state)
         a, b, c, d, e, f = six.tolist()
         news = news.deflected((a, b, c, d, e, f), now)
     elif kind == 6:

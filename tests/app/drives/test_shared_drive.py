@@ -203,7 +203,7 @@ def test_a_setting_that_is_refused_is_not_shown_as_in_force(drive: Drive, monkey
     drive.change_settings(ONE, {"margin_mm": 1.5})
     drive.change_settings(ONE, {"force_cap_n": 2.0})
     assert (drive.read(ONE).settings, len(_sent(drive))) == (old, 1)
-    monkeypatch.setattr(Process, "snapshot", lambda self: SimpleNamespace(clearance_mm=0.35))
+    monkeypatch.setattr(Process, "snapshot", lambda self: SimpleNamespace(clearance_mm=0.35, certified=True))
     _answer(drive, monkeypatch, Event("note", "no such target"), Event("note", "would start too near"), _told(old))
     assert (drive.read(ONE).settings, drive.read(ONE).answered) == (old, 1)
     assert (

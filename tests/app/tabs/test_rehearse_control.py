@@ -67,7 +67,7 @@ def opened(tab: RehearseTab, monkeypatch: pytest.MonkeyPatch) -> list[Control]:
 
 
 def _say(tab: RehearseTab, mode: Any, device: Any = "position", preset: Any = None) -> Any:
-    tab.handle(c.SetControl(type="rehearsal.control", mode=mode, device=device, preset=preset))
+    tab.handle(c.ChooseControl(type="rehearsal.control", mode=mode, device=device, preset=preset))
     return sections_of(tab)["rehearsal"]["control"]
 
 

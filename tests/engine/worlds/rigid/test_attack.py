@@ -15,13 +15,15 @@ import pytest
 
 from benchmarks.attack.command import summary
 from benchmarks.attack.rigid.arenas import BUILDERS
-from benchmarks.attack.rigid.episodes import RigidCampaign
+from benchmarks.attack.rigid.episodes import CHOSEN, RigidCampaign
 from vfix_engine.control import Controller, qp
 from vfix_engine.virtual_fixtures import StepState
 
 PHANTOM, REAL_HEAD = "phantom", "real head"
 STEPS, HEAD_STEPS = 290, 400  # of each scene
 SEED = 20261121
+EVERY_CHANNEL = "hand: every channel"
+ONE_CHANNEL = tuple(name for name in CHOSEN if name != EVERY_CHANNEL)  # what each does alone is measured without it
 HEAD_SEED = 2  # of the real head: a run that leans on bone, in a space that is wide for most seeds
 
 
@@ -29,7 +31,10 @@ HEAD_SEED = 2  # of the real head: a run that leans on bone, in a space that is 
 def attacked() -> list[dict[str, Any]]:
     """What the attack found in every scene but the real head."""
     names = [name for name in BUILDERS if name != REAL_HEAD]
-    return [RigidCampaign(name, SEED, HEAD_STEPS if name == PHANTOM else STEPS).run() for name in names]
+    sizes = [HEAD_STEPS if name == PHANTOM else STEPS for name in names]
+    return [
+        RigidCampaign(*one, assaults=ONE_CHANNEL).run() for one in zip(names, [SEED] * len(names), sizes, strict=True)
+    ]
 
 
 def assert_promises_kept(total: dict[str, Any]) -> None:
@@ -55,11 +60,20 @@ def test_no_accepted_motion_breaks_what_is_promised(attacked: list[dict[str, Any
 
 
 def test_no_accepted_motion_in_the_real_head_breaks_what_is_promised(trial_data: object) -> None:
-    total = summary(RigidCampaign, [RigidCampaign(REAL_HEAD, HEAD_SEED, HEAD_STEPS).run()])
+    total = summary(RigidCampaign, [RigidCampaign(REAL_HEAD, HEAD_SEED, HEAD_STEPS, assaults=ONE_CHANNEL).run()])
     assert_promises_kept(total)
     assert (total["steps"], total["scenes"]) == (HEAD_STEPS, 1)
     assert total["moved"] > 200
     assert total["replayed"] > 0
+
+
+@pytest.mark.parametrize("scene", ["wall", "soup", "lattice", "cavern"])
+def test_every_channel_at_once_breaks_nothing(scene: str) -> None:
+    """HAZ-01, HAZ-05, HAZ-11: grip, keys, master and rate device, unplugged and back, modes changed within a step."""
+    total = summary(RigidCampaign, [RigidCampaign(scene, SEED, 600, assaults=(EVERY_CHANNEL,)).run()])
+    assert_promises_kept(total)
+    assert total["moved"] > 100
+    assert set(total["used"]) >= {EVERY_CHANNEL}
 
 
 def test_the_attack_is_one(attacked: list[dict[str, Any]]) -> None:
