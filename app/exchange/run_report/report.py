@@ -49,7 +49,7 @@ class RunToReport:
         """Of a rigid tool; one in a free hand has the same scene and settings."""
         spec = spec_of(self.run)
         if getattr(spec, "scene", None) is None:
-            raise InputError(f"a run of '{spec.world}' has no rigid tool to report on")
+            raise InputError(f"a run of '{spec.world}' has no rigid tool")
         return spec  # type: ignore[return-value]
 
     @cached_property

@@ -24,7 +24,7 @@ def check_target(path: Path) -> None:
     """
     suffix = path.suffix.lower()
     if suffix not in WRITERS:
-        raise InputError(f"a run is exported to a file that ends in {', '.join(WRITERS)}, not to {path.name!r:.80}")
+        raise InputError(f"an export's file ends in {', '.join(WRITERS)}, not {path.name!r:.80}")
     extra, modules = EXTRAS.get(suffix, ("", ()))
     if any(find_spec(name) is None for name in modules):
         raise need_extra(f"An export to {suffix}", extra)

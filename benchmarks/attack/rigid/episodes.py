@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
@@ -37,8 +38,9 @@ LIES = 0.06  # fraction of the episodes with a lying solver
 EXTREME = 0.1  # fraction of the settings, except for the chosen ones, at an end of their range
 CHOSEN_SETTINGS = {
     "dt_s", "margin_mm", "threshold_mm", "gain_mm_per_s_per_n", "force_cap_n",
-    "rotation_gain_rad_per_s_per_nmm", "k_tau", "k_d", "target_tolerance_mm",
+    "rotation_gain_rad_per_s_per_nmm", "k_tau", "k_d", "target_tolerance_mm", "compliance_mm_per_n",
 }  # fmt: skip
+COMPLIANCES = (0.0,) * 9 + (0.02,)  # mm/N; a larger one refuses most starts, as the margin grows by it
 CHANGES = 0.01  # fraction of the steps that change the mode
 MOVES = 0.03  # the same in scenes with moving anatomy, which then moves
 RUSHED = 1  # fast episodes at the start
@@ -72,6 +74,7 @@ class RigidCampaign(campaign.Campaign[Arena, RigidTally, Memory, RigidSystem, Re
         self._coal: ModuleType | None = need("coal") if with_coal else None
         self._share, self._replays = share, replays
         self._sabotage, self._assaults = sabotage, list(assaults)
+        self._compliances = np.random.default_rng([seed, zlib.crc32(name.encode()), 1])
         self._judges: Judges | None = None
         self._last: Episode | None = None
 
@@ -150,6 +153,7 @@ class RigidCampaign(campaign.Campaign[Arena, RigidTally, Memory, RigidSystem, Re
             k_tau=float(pick((0.0, 0.0, 1.0))),
             k_d=float(pick((0.2, 0.0, 0.9))),
             target_tolerance_mm=float(pick((0.015, 0.2))),
+            compliance_mm_per_n=float(self._compliances.choice(COMPLIANCES)),
         )
 
     def _begun(
