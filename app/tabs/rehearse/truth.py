@@ -53,15 +53,16 @@ class Stage:
 
 
 STAGES = (
-    Stage("registration", "Registration", "mm", 3.0, 0.05, 0.3, "At the middle of the path. Assumed, unless the plan "
-          "goes by a registration that was measured with the simulated pointer: then its own error is taken."),
-    Stage("encoders", "Backlash", "mm", 1.0, 0.05, 0.2, "Play between a motor's encoder and its joint. Assumed; Li "
-          "2004 names it without a size."),
-    Stage("servo", "Servo lag", "ms", 200.0, 1.0, 33.0, "Time by which the joints are late. Assumed: one period of "
-          "the papers' loop."),
-    Stage("compliance", "Bend by hand", "mm/N", 1.0, 0.01, 0.25, "Per newton of a hand on the handle; none when "
-          "teleoperated. Assumed; Li 2007 names it without a size."),
-    Stage("head", "Head moves", "mm", 5.0, 0.1, 0.5, "To and fro in four seconds, as in breathing. Assumed."),
+    Stage("registration", "Registration", "mm", 3.0, 0.05, 0.3,
+          "Error at mid-path; assumed, unless a simulated registration gives it."),
+    Stage("encoders", "Backlash", "mm", 1.0, 0.05, 0.2,
+          "Play between encoder and joint; assumed (Li 2004 gives no size)."),
+    Stage("servo", "Servo lag", "ms", 200.0, 1.0, 33.0,
+          "How late the joints are; assumed: one period of the loop."),
+    Stage("compliance", "Bend by hand", "mm/N", 1.0, 0.01, 0.25,
+          "Per newton on the handle; none when teleoperated; assumed."),
+    Stage("head", "Head moves", "mm", 5.0, 0.1, 0.5,
+          "To and fro in four seconds, as in breathing; assumed."),
 )  # fmt: skip
 
 
