@@ -16,7 +16,8 @@ from workstation import DRIVEN_S, ROOT, Rest, Workstation
 pytestmark = pytest.mark.browser
 Open = Callable[..., Workstation]
 AXE = (ROOT / "node_modules" / "axe-core" / "axe.min.js").read_text(encoding="utf-8")
-NOT_COUNTED = ("a ghost", "before the start", "running", "the card", "the scene")  # the words of Rehearse are still to be read
+# The words of Rehearse are still to be read.
+NOT_COUNTED = ("a ghost", "before the start", "running", "the card", "the scene")
 RUN = """async () => {
   const found = await axe.run({ exclude: ['#scene'] }, { iframes: false, rules: { 'target-size': { enabled: true } } });
   const told = ({ html, failureSummary }) => [html.slice(0, 160), failureSummary];

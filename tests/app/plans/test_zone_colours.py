@@ -14,13 +14,14 @@ from app.tabs.plan.regions import REMOVED_COLOUR
 from vfix_engine.arrays import Array
 
 PANE = Path(__file__).parents[3] / "app/web/js/slices/pane.js"
-TOOL, MARGIN = re.findall(r"(?:tool|ring): \"(#[0-9a-f]{6})\"", PANE.read_text())
+TOOL, MARGIN, GHOST, _ = re.findall(r"(?:tool|ring): \"(#[0-9a-f]{6})\"", PANE.read_text())
 OTHERS = {
     "bone": OUTLINE_COLOUR,
     "path": palette.hex_colour(palette.ACCENT),
     "line of the path": "#ffffff",
     "target": palette.hex_colour(palette.TARGET),
     "tool": TOOL,
+    "tool of another run": GHOST,
     "margin": MARGIN,
     "removed bone": REMOVED_COLOUR,
 }
