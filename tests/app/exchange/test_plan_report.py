@@ -119,11 +119,11 @@ def test_every_name_that_a_user_gives_is_text(phantom_services: Services, monkey
     monkeypatch.setattr(phantom_services.cases, "get", lambda case_id: named)
     for one in ("plan_tool", "plan_robot"):
         monkeypatch.setattr(module, one, lambda *given, name=one: SimpleNamespace(title=NASTY.format(name)))
-    registered = SimpleNamespace(words=NASTY.format("registration"))
+    registered = SimpleNamespace(words=NASTY.format("registration"), doubts=(NASTY.format("doubt"),))
     monkeypatch.setattr(reports._registering, "registration_of", lambda plan: registered)
     page = reports.html(replace(sample, name=NASTY.format("plan"), content=content), with_images=False)
     given = ("plan", "path", "other path", "structure", "soft", "notes", "case", "caution", "plan_tool", "plan_robot",
-             "registration", *(f"target {one.id}" for one in content.targets))  # fmt: skip
+             "registration", "doubt", *(f"target {one.id}" for one in content.targets))  # fmt: skip
     for name in given:
         assert html.escape(NASTY.format(name)) in page, name
     assert "<b>&" not in page
