@@ -65,7 +65,16 @@ def test_a_tab_of_ones_own_is_one_folder_and_one_line(browser: Browser, planner:
     station = Workstation(page, artefacts)
     page.goto(f"{planner.base}/?token={TOKEN}")
     station.ready()
-    expect(page.locator("#steps button:visible")).to_have_text(["Patient", "Plan", "Register", "Rehearse", "Marker"])
+    expect(page.locator("#steps button:visible")).to_have_text(
+        [
+            "Patient",
+            "Plan",
+            "Register",
+            "Rehearse",
+            "Review",
+            "Marker",
+        ]
+    )
     page.click("[data-step=marker]")
     expect(page.locator("#marker-words")).to_be_visible()
     assert station.state("marker") is None

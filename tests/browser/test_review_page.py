@@ -116,7 +116,7 @@ def test_a_rehearsal_ends_with_a_card_and_is_reviewed(
     page.keyboard.press("Space")
     expect(page.locator("#play-run")).to_have_attribute("aria-label", "Play")
     page.select_option("#filter-mode", "freehand")
-    expect(page.locator("#runs li")).to_have_count(1)
+    expect(page.locator(f"li[data-run={newest}]")).to_have_count(0)  # other plans of the head may have runs too
     page.click(f"li[data-run={hand}] .row-main")
     expect(page.locator("#run-score")).to_contain_text("without the certificate")
     expect(page.locator("#run-score")).to_contain_text("Contacts")

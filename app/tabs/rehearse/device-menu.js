@@ -66,7 +66,7 @@ export class DeviceMenu {
    * @param {ViewModel} state
    */
   tell({ rehearsal }) {
-    if (!rehearsal?.mine || rehearsal.control.mode !== "teleoperated") return;
+    if (!rehearsal?.mine || rehearsal.control?.mode !== "teleoperated") return;
     const device = this.devices.source ? "rate" : "position";
     if (rehearsal.control.device === device) this.asked = "";
     else if (this.asked !== device) {
@@ -82,7 +82,7 @@ export class DeviceMenu {
     if (source && !watched) return `${source.name} drives once this window holds the handle.`;
     if (isAskew) return "Let go of it once, then it drives.";
     if (source) return source.name;
-    const free = this.connection.state.rehearsal?.control.mode === "freehand";
+    const free = this.connection.state.rehearsal?.control?.mode === "freehand";
     return kind === "keys" ? "Hold a key." : free ? "Drag the sphere; with Shift it turns the tool." : "Drag the sphere on the shaft.";
   }
 
