@@ -114,6 +114,8 @@ def _export(page: Page) -> None:
 
 
 def _open(page: Page, name: str) -> None:
+    """Open a step of the plan; the page may open it at the same moment, and the click closes it then."""
     step = page.locator(f"[data-step-name={name}]")
-    if not step.evaluate("(step) => step.open"):
+    while not step.evaluate("(step) => step.open"):
         step.locator("> summary").click()
+        page.wait_for_timeout(100.0)

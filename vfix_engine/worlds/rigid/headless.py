@@ -46,6 +46,8 @@ class RehearsalTally:
     on_path: bool = False  # since it last came into the path's mode the tip has been within ON_PATH_MM of it
     least_clearance: float = np.inf
     rows: tuple[int, int] = (10**9, 0)
+    contacts: int = 0  # times that the tool has come to touch bone
+    touches: bool = False
 
     def __post_init__(self) -> None:
         self.errors: list[float] = []
@@ -55,6 +57,8 @@ class RehearsalTally:
         self.steps += 1
         self.held += snapshot.held
         self.least_clearance = min(self.least_clearance, snapshot.clearance_mm)
+        touches = snapshot.clearance_mm <= 0.0
+        self.contacts, self.touches = self.contacts + (touches and not self.touches), touches
         if snapshot.rows:
             self.rows = (min(self.rows[0], snapshot.rows), max(self.rows[1], snapshot.rows))
         self.approach += snapshot.phase == "approach"
@@ -74,6 +78,7 @@ class RehearsalTally:
             "held_steps": self.held,
             "approach_steps": self.approach,
             "tip_error_mm": spread(self.errors, mean=np.mean, max=np.max),
+            "contacts": self.contacts,
             "min_clearance_mm": self.least_clearance,
             "min_bone_clearance_mm": self.least_clearance,
             "step_time_us": spread(self.times, median=np.median, p99=lambda a: np.percentile(a, 99)),
