@@ -81,8 +81,8 @@ def test_the_tutorial_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caps
     assert driven[0]["tip_error_mm"]["max"] <= 0.05
     with (tmp_path / "run.csv").open(encoding="utf-8") as file:
         columns = file.readline()
-        assert columns.startswith("t,q0,q1,q2,q3,q4,q5,q6,tip_x,tip_y,tip_z,s0_ax,")
-        assert columns.endswith("_r,sideways_mm,not_for_clinical_use\n"), "HAZ-35"
+        assert {"command_force_x [N]", "t [s]", "q6 [rad]", "tip_x [mm]", "s0_ax [mm]"} <= {*columns.split(",")}
+        assert columns.endswith(" [mm],sideways [mm],not_for_clinical_use\n"), "HAZ-35"
         assert sum(1 for _ in file) == driven[0]["steps"]
     formats = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
     rows = re.split(r"^## ", formats.split("## Plan, JSON\n")[1], maxsplit=1, flags=re.MULTILINE)[0]
