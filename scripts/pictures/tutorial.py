@@ -53,6 +53,7 @@ def mark_the_orbit(page: NamedPage) -> None:
     page.wait("the islands", lambda: "kept" in page.page.locator("#segment-kept").inner_text())
     page.scroll_to("Threshold")
     page.take("planning_structure")
+    page.unfold("Paint")
     page.button("New label …")
     page.press("Make structure")
     page.says("is a structure now. Protect it in Plan.")
