@@ -153,7 +153,7 @@ def rehearse(page: NamedPage) -> None:
     page.press("Start")
     page.wait("the robot", lambda: page.station.rehearsal()["state"] == "running")
     page.heading("Hand and margin")
-    page.fill("Safety margin", "0.5")
+    page.field("Safety margin").fill("0.5")  # a slider
     page.wait("the margin", lambda: abs(page.station.rehearsal()["margin_mm"] - 0.5) < 0.05)
     drive(page, 25.0)
     page.take("planning_rehearse")
