@@ -96,6 +96,7 @@ def station(open_shared: Open, rest: Rest) -> Workstation:
     shown.open_plan(rest.copy_of_sample("Through the scope"))
     shown.page.click("[data-step=rehearse]")
     shown.wait_for("Rehearse", lambda: shown.state("step")["name"] == "rehearse")
+    expect(shown.page.locator("#endoscope-button")).to_be_visible()  # the key means it from here on
     shown.page.keyboard.press("e")
     expect(shown.page.locator("#bench")).to_have_attribute("data-layout", "endoscope")
     ready = shown.page.locator("#endoscope[data-ready=true]")

@@ -17,6 +17,7 @@ import viser
 import viser._messages
 import viser._viser
 from knocking import Planner, eventually, knock, upgrade
+from starlette.websockets import WebSocket
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
@@ -254,6 +255,14 @@ def test_a_flood_of_messages_is_read_at_the_relay_s_pace(planner: Planner, monke
     """A browser that sends ten thousand a second is not let take the processor from the robot."""
     monkeypatch.setattr(relay, "FLOOD_S", 2.0)
     arrived: list[float] = []
+    codes: list[int] = []
+    closes = WebSocket.close
+
+    async def close(websocket: WebSocket, code: int = 1000, reason: str | None = None) -> None:
+        codes.append(code)
+        await closes(websocket, code, reason)
+
+    monkeypatch.setattr(WebSocket, "close", close)
     with scene(planner, "flooding-tab", close_timeout=30) as connection:
         say(connection, **CAMERA)
         eventually(lambda: planner.scene_server.client_for("flooding-tab"))
@@ -264,7 +273,8 @@ def test_a_flood_of_messages_is_read_at_the_relay_s_pace(planner: Planner, monke
         with contextlib.suppress(ConnectionClosed):  # a busy machine may be slow to send: it goes on until it is ended
             for number in range(100_000):
                 say(connection, **{**CAMERA, "fov": 0.5 + number / 1_000_000})
-        assert close_code(connection) == 4429, "it did not end"
+        told = close_code(connection)  # a client that is still sending may see the end of the line before the reason
+        assert (codes, told in (4429, 1006)) == ([4429], True), f"{codes}, {told}"
         eventually(lambda: arrived)
         count, elapsed = len(arrived), time.monotonic() - start
     assert 0 < count <= relay.BURST + relay.MAX_PER_SECOND * elapsed + 2
