@@ -23,6 +23,7 @@ from app.commands.rehearse_freehand import drive_freehand
 from app.commands.rehearse_person import led_by_person
 from app.commands.rehearse_scene import build_scene, robots_of
 from app.exchange.resolve import (
+    ResolvedCase,
     resolve_case,
     resolve_plan,
 )
@@ -32,11 +33,13 @@ from app.plans.imported_places import path_notes
 from app.plans.model import Plan
 from app.services import Services
 from vfix_engine.anatomy.head_import import HeadRequest
+from vfix_engine.anatomy.piercing import Ways
 from vfix_engine.anatomy.soft_tissue import tissue_passed
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import VfixError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.runtime.control_mode import FREEHAND, Control
+from vfix_engine.runtime.run import Run
 from vfix_engine.runtime.system import Column, SystemSpec
 from vfix_engine.study.metrics import score_run
 from vfix_engine.worlds.freehand.spec import FreehandSpec, of_free_hand
@@ -104,17 +107,14 @@ def run(args: argparse.Namespace) -> int:
         kept = recorded.keep(case.id, plan.id if plan.revision else None, ways, args.record)  # a file's plan has no id
         report |= {} if services is None else {"run": kept}
         if hand is not None:
-            own = None if kept is None else score_run(find_run(services, kept).run).to_dict()
-            report |= {"hand": args.hand, "scores": {"hand": score_run(hand).to_dict(), "run": own}}
+            report |= {"hand": args.hand, "scores": _scores(services, hand, kept)}
     if obstacle:
         report["placing_reason"] = obstacle
     if not report["completed"]:
         report["reason"] = report["reason"] or obstacle or "the tool no longer moves along the path"
     if notes:
         report["notes"] = list(notes)
-    report |= truths.report()
-    report["soft_tissue"] = asdict(tissue_passed(case.scan(), poses.kept))
-    report["pierced"] = asdict(PiercedReport.of(pierced_by_poses(ways, poses.kept)))
+    report |= truths.report() | _passed(case, ways, poses)
     unknown = "" if case.uncertainty.voxel_mm else f"{case.uncertainty.words()}; the margin has to cover that"
     report["warnings"] = [words] if (words := case.uncertainty.warning(settings.margin_mm) or unknown) else []
     say_notes([f"{words}." for words in report["warnings"]])
@@ -124,6 +124,18 @@ def run(args: argparse.Namespace) -> int:
     else:
         _print_for_people(report)
     return 0 if report["completed"] else 1
+
+
+def _passed(case: ResolvedCase, ways: Ways | None, poses: Poses) -> dict[str, Any]:
+    """The soft tissue that the tool has pressed, and what it has pierced."""
+    pierced = PiercedReport.of(pierced_by_poses(ways, poses.kept))
+    return {"soft_tissue": asdict(tissue_passed(case.scan(), poses.kept)), "pierced": asdict(pierced)}
+
+
+def _scores(services: Services | None, hand: Run, kept: str | None) -> dict[str, Any]:
+    """Scores of the recorded hand and of the drive that it led, None where that was not stored."""
+    own = None if kept is None else score_run(find_run(services, kept).run).to_dict()
+    return {"hand": score_run(hand).to_dict(), "run": own}
 
 
 class _World(NamedTuple):

@@ -56,16 +56,7 @@ def build_scene(
 
     A plan without a robot placement gets one; behind a registration that says where the robot stands, its joints alone.
     """
-    settings, preset = settings_in_case(plan.content.settings, case.uncertainty), PRESETS.get(args.preset)
-    if preset is not None:
-        settings = preset.in_settings(settings)
-    if args.margin is not None:
-        settings = replace(settings, margin_mm=args.margin)
-    if args.view_distance is not None:
-        settings = replace(settings, view_distance_mm=args.view_distance)
-    if args.free:
-        settings = replace(settings, k_tau=1.0)
-    settings = compensating(settings, args)
+    settings, preset = _settings(plan, case, args), PRESETS.get(args.preset)
     robot, tool = _robot(plan, args, robots), Tool.load(args.tool) if args.tool else plan_tool(plan.content)
     path = SplinePath(np.array([p.position for p in plan.content.points]))
     if args.task == "inspect":
@@ -109,6 +100,20 @@ def build_scene(
         tree, robot, tool, base, q_start, path, targets, names, zones.zones, fixtures, case.structure_names, shaft
     )
     return scene if preset is None else preset.in_scene(scene), settings, obstacle, stands.words, dropped
+
+
+def _settings(plan: Plan, case: ResolvedCase, args: argparse.Namespace) -> ControlSettings:
+    """The plan's settings, changed by the preset and then by what is said on the command line."""
+    settings, preset = settings_in_case(plan.content.settings, case.uncertainty), PRESETS.get(args.preset)
+    if preset is not None:
+        settings = preset.in_settings(settings)
+    if args.margin is not None:
+        settings = replace(settings, margin_mm=args.margin)
+    if args.view_distance is not None:
+        settings = replace(settings, view_distance_mm=args.view_distance)
+    if args.free:
+        settings = replace(settings, k_tau=1.0)
+    return compensating(settings, args)
 
 
 def _zones(plan: Plan, case: ResolvedCase, args: argparse.Namespace) -> ZoneSet:
