@@ -18,6 +18,7 @@ from vfix_engine.anatomy.soft_tissue import TISSUE_HU
 from vfix_engine.anatomy.solids import COARSE_MM, FINE_MM, refined_solid, solid_of_volumes
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import BONE_HU, Volume
+from vfix_engine.kernels.threads import threads
 from vfix_engine.progress import ProgressCallback, no_progress
 from vfix_engine.proximity.fields.distance_field import DistanceField, field_of_surface, refined_by_surface
 from vfix_engine.proximity.fields.opened_field import opened_field
@@ -56,6 +57,12 @@ class CaseDistanceFields:
     def tissue(self) -> DistanceField | None:
         """Distance to skin, mucosa and bone, above -300 HU; None without a CT."""
         return self._make("tissue")
+
+    def both(self) -> tuple[DistanceField, DistanceField | None]:
+        """Bone and tissue, computed at the same time."""
+        with threads(2) as pool:
+            bone, tissue = pool.submit(lambda: self.bone), pool.submit(lambda: self.tissue)
+        return bone.result(), tissue.result()
 
 
 Sources = tuple[str, ...]
@@ -110,6 +117,12 @@ class DistanceFields:
             return None if field is None else opened_field(field, removed)
 
         return CaseDistanceFields(make)
+
+    def whole(self, case: Case) -> None:
+        """Measure the grids of the whole head in the CT of a case, which `around` refines."""
+        with threads(2) as pool:
+            for solid in _THRESHOLD_HU:
+                pool.submit(self._coarse_field, case, solid)
 
     def air(self, case: Case) -> RoomAir:
         """Return the air of the room in the CT of a case, which must have one."""

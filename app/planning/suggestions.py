@@ -31,8 +31,10 @@ from app.plans.document import PLAN
 from app.plans.instruments import Instruments, plan_tool, shipped_tools
 from app.plans.model import Plan, PlanContent, PlanPoint, new_point_id
 from vfix_engine.anatomy.piercing import Ways
+from vfix_engine.arrays import Array
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError, StartRefused
+from vfix_engine.kernels.threads import threads
 from vfix_engine.progress import ProgressCallback
 from vfix_engine.proximity.fields.opened_field import opened_field
 from vfix_engine.suggestion import (
@@ -154,10 +156,18 @@ class Suggestions:
         those that fit come first, otherwise in the order of the search.
         Raises InputError if entry or target cannot be used, before the search if possible.
         """
-        check_ends(self._cases.get(plan.case_id), entry, target)
+        case = self._cases.get(plan.case_id)
+        check_ends(case, entry, target)
         around, settings = self._around(plan, [entry, target], progress), self._settings(plan)
         robot, tool = self._instruments.robot(plan.content.robot), plan_tool(plan.content)
-        found = suggest_path(around, robot, tool, entry, target, settings, partial(_search_progress, progress))
+        with threads(1) as beside:  # the verdicts need the fields about the path: they are measured during the search
+
+            def routed(points: Array) -> None:
+                places = [*points.tolist(), *(one.position for one in plan.content.targets)]
+                beside.submit(lambda: self._distance_fields.around(case, places).tissue)
+
+            telling = partial(_search_progress, progress)
+            found = suggest_path(around, robot, tool, entry, target, settings, telling, routed)
         found, verdicts, figures = self._evaluated(plan, found, target, progress)
         return SuggestedPaths(
             new_point_id(),
@@ -253,13 +263,10 @@ class Suggestions:
         def measuring(stage: str, fraction: float) -> None:
             progress(stage, _FIELDS_FRACTION * fraction)
 
-        distance_fields, zones = (
-            self._distance_fields.around(case, np.array(places), measuring),
-            self._planning.zones(plan),
-        )
-        bone = self._planning.bone(plan)
-        tissue = None if distance_fields.tissue is None else opened_field(distance_fields.tissue, bone.regions)
-        room = Room(opened_field(distance_fields.bone, bone.regions), tissue)
+        to_bone, to_tissue = self._distance_fields.around(case, np.array(places), measuring).both()
+        zones, bone = self._planning.zones(plan), self._planning.bone(plan)
+        tissue = None if to_tissue is None else opened_field(to_tissue, bone.regions)
+        room = Room(opened_field(to_bone, bone.regions), tissue)
         ways = None if tissue is None else Ways(tissue, self._distance_fields.air(case), places[0])
         return SearchSpace(bone.tree, room, zones.zones, zones.soft_zones, case.structure_names(), ways)
 

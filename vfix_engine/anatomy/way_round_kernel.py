@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from vfix_engine.geometry.grid_value import grid_value
-from vfix_engine.kernels.compiled import compiled, shared
+from vfix_engine.kernels.compiled import compiled, nogil, shared
 
 LATTICE_MM = 0.5
 REACH_MM = 15.0  # largest distance of a route from the axis
@@ -129,7 +129,7 @@ def _mark_beside(points: Any, low: Any, near: float, mark: Any, value: int) -> N
                         mark[k, j, i] |= value
 
 
-@compiled
+@nogil
 def way_round(
     fine: Any,
     whole: Any,

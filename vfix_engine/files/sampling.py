@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vfix_engine.kernels.compiled import compiled, inlined
+from vfix_engine.kernels.compiled import compiled, inlined, nogil
 
 # Tolerance [voxels] beyond the outermost voxel centres for rounding of the mapping.
 _EDGE = 1e-6
@@ -30,7 +30,7 @@ def _trilinear(hu: Any, x: float, y: float, z: float, outside: float) -> float:
     return float(near * (1 - fz) + far * fz)
 
 
-@compiled
+@nogil
 def _points(hu: Any, points: Any, origin: Any, to_index: Any, outside: float) -> Any:
     values = np.empty(points.shape[0])
     for n in range(points.shape[0]):

@@ -24,6 +24,14 @@ def compiled(function: Function) -> Function:
     return _cached(function, numba.njit(**_EVERY)(function))
 
 
+def nogil(function: Function) -> Function:
+    """As ``compiled``, for a kernel that runs for milliseconds: other threads of Python run meanwhile.
+
+    It must be called with arrays that no other thread writes to.
+    """
+    return _cached(function, numba.njit(**_EVERY, nogil=True)(function))
+
+
 def vectorised(function: Function) -> Function:
     """As ``no_refcount``, for a branch-free loop over lanes: multiplications and additions may be fused.
 

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from ..geometry.grid_value import grid_value
-from ..kernels.compiled import compiled
+from ..kernels.compiled import nogil
 
 BONE, TOUCHED, DEEPEST, DEPTH, UNKNOWN = range(5)  # columns of `pose_figures`
 
 
-@compiled
+@nogil
 def pose_figures(fine: Any, whole: Any, rotations: Any, positions: Any, ends: Any, radius: Any, step: float) -> Any:
     """Measure poses of a tool, (n, 5).
 

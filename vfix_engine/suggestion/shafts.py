@@ -16,6 +16,7 @@ from ..anatomy.piercing import Ways
 from ..arrays import Array, IntArray
 from ..geometry.path import SplinePath
 from ..geometry.shaft_directions import ShaftDirections, roll_of, rolled_frame
+from ..kernels.threads import threads
 from ..robots import Tool
 from .room import Figures, Room
 
@@ -133,11 +134,16 @@ def _smallest_turn(first: Array, second: Array) -> Array:
 
 def _measured(room: Room, tool: Tool, grid: _Grid, places: Array, done: Callable[[float], object]) -> list[Figures]:
     """Measure every orientation at every position."""
-    found = []
-    for number, place in enumerate(places):
-        done(number / len(places))
+
+    def measured(place: Array) -> Figures:
         there = np.repeat(place[None], len(grid.frames), axis=0)
-        found.append(room.figures(tool, grid.frames, there, SAMPLE_MM))
+        return room.figures(tool, grid.frames, there, SAMPLE_MM)
+
+    found = list[Figures]()
+    with threads(2) as pool:
+        for figures in pool.map(measured, places):
+            found.append(figures)
+            done(len(found) / len(places))
     return found
 
 
@@ -160,22 +166,28 @@ def _piercing_cost(
     rolls = np.arange(0, grid.rolls, max(grid.rolls // _PIERCES_ROLLS, 1))
     frames = grid.frames.reshape(len(grid.axes), grid.rolls, 3, 3)[np.ix_(directions, rolls)]
     looked_at = np.linspace(0.0, path.length, int(np.ceil(path.length / _PIERCES_EVERY_MM)) + 1)
+    places = path.position(looked_at)
     coarse = np.empty((len(looked_at), *frames.shape[:2]))
-    for m, place in enumerate(path.position(looked_at)):
-        for d, r in np.ndindex(*frames.shape[:2]):
-            done((m + d / len(coarse[m])) / len(coarse))
-            segments = tool.segments(frames[d, r], place)
-            worst = ways.of_pose(segments.start, segments.end).worst
-            over = -np.inf if worst is None else worst.over_mm + _PIERCES_RESERVE_MM
-            coarse[m, d, r] = min(max(_PIERCES_PER_MM * over, 0.0), _BLOCKED)
+
+    def cost_of(index: tuple[int, ...]) -> float:
+        segments = tool.segments(frames[index[1:]], places[index[0]])
+        worst = ways.of_pose(segments.start, segments.end).worst
+        over = -np.inf if worst is None else worst.over_mm + _PIERCES_RESERVE_MM
+        return min(max(_PIERCES_PER_MM * over, 0.0), _BLOCKED)
+
+    with threads(2) as pool:
+        every = list(np.ndindex(*coarse.shape))
+        for number, (index, found) in enumerate(zip(every, pool.map(cost_of, every), strict=True), 1):
+            coarse[index] = found
+            done(number / len(every))
     away, near = cKDTree(grid.axes[directions]).query(grid.axes, k=3)
     weight = 1.0 / (away + 1e-3)
     weight /= weight.sum(axis=1, keepdims=True)
     blended = np.einsum("dk,mdkr->mdr", weight, coarse[:, near])
     nearest_roll = np.rint(np.arange(grid.rolls) / grid.rolls * len(rolls)).astype(int) % len(rolls)
     along = interp1d(looked_at, blended[:, :, nearest_roll].reshape(len(looked_at), -1), axis=0)
-    cost: Array = along(np.minimum(stations, path.length))
-    return cost
+    along_path: Array = along(np.minimum(stations, path.length))
+    return along_path
 
 
 def _best_sequence(cost: Array, grid: _Grid, lengths: Array) -> IntArray:

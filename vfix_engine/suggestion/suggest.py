@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from concurrent.futures import Future
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..anatomy.piercing import Piercing, Ways, piercing_of
-from ..arrays import Array
+from ..arrays import Array, IndexArray
 from ..control import ControlSettings
 from ..errors import StartRefused
 from ..geometry.path import SplinePath
 from ..geometry.shaft_directions import ShaftDirections, roll_of
+from ..kernels.threads import threads
 from ..progress import ProgressCallback, no_progress
 from ..proximity.proximity import Proximity
 from ..robots import RobotModel, Tool
@@ -136,12 +138,14 @@ def suggest_path(
     target: ArrayLike,
     settings: ControlSettings,
     tell: ProgressCallback = no_progress,
+    routed: Callable[[Array], object] = len,
 ) -> Suggestion:
     """Find the widest route of the tip, and the plans of the shaft with the best dry runs.
 
     Args:
         tell: called with the stage in words and the completed fraction before each part; an exception from it ends
             the search.
+        routed: called with the path points (m, 3) in LPS mm of every plan that follows, once they are known.
 
     Raises:
         InputError: entry or target cannot be used.
@@ -157,10 +161,12 @@ def suggest_path(
             reason, short = "the target lies in bone", "the target lies in bone"
         return Suggestion((), NoWay(way.places[-1], way.gap_mm, reason, short, searched))
     first, second = _part(tell, _WAY_FOUND, _FIRST_ROUND), _part(tell, _FIRST_ROUND, 1.0)
-    found = best_drives(around, robot, tool, smoothed(way.places), settings, tell=first)
+    points = smoothed(way.places)
+    routed(points)
+    found = best_drives(around, robot, tool, points, settings, tell=first)
     if found and found[0].pierces:
         # Piercing is evaluated for each orientation, which takes longer than everything else.
-        found = best_drives(around, robot, tool, smoothed(way.places), settings, tell=second, ways=around.ways)
+        found = best_drives(around, robot, tool, points, settings, tell=second, ways=around.ways)
     clear = tuple(one for one in found if one.run.completed and not one.pierces)
     if clear:
         return Suggestion(clear)
@@ -188,13 +194,16 @@ def best_drives(
     stage = "Comparing directions of the shaft" if ways is None else "Looking for directions that pierce no tissue"
     ranking = partial(_part(tell, 0.0, _RANKED), stage)
     plans = ranked_shafts(around.room, tool, path, stations, settings.kept_mm, rankings, steady, ranking, ways)
-    plans, found = _different(plans, stations), list[Alternative]()
-    for number, plan in enumerate(plans):
-        share = _RANKED + (1.0 - _RANKED) * number / len(plans)
-        go_on = partial(tell, f"Simulating way {number + 1} of {len(plans)}", share)
-        one = drive_plan(around, robot, tool, path, plan, settings, go_on)
-        if one is not None:
-            found.append(one)
+    plans, driven = _different(plans, stations), list[Future[Alternative]]()
+    unjudged = replace(around, ways=None)
+    with threads(2) as beside:  # what one plan pierces is looked for while the next one is driven
+        for number, plan in enumerate(plans):
+            share = _RANKED + (1.0 - _RANKED) * number / len(plans)
+            go_on = partial(tell, f"Simulating way {number + 1} of {len(plans)}", share)
+            one = drive_plan(unjudged, robot, tool, path, plan, settings, go_on)
+            if one is not None:
+                driven.append(beside.submit(_with_piercing, one, around.ways))
+        found = [one.result() for one in driven]
     return sorted(found, key=lambda one: one.rank(settings.kept_mm))
 
 
@@ -220,17 +229,25 @@ def drive_plan(
     except StartRefused:
         return None
     run = placing.run
-    rows = np.unique(np.rint(run.s / STATION_MM), return_index=True)[1]
     placed = robot.placed(placing.base, tool)
-    tips = [placed.tip(run.q[row]) for row in rows]
+    tips = [placed.tip(run.q[row]) for row in _rows(run)]
     passage = around.room.passed(tool, np.stack([t.rotation for t in tips]), np.stack([t.position for t in tips]))
-    piercing = None
-    if around.ways is not None:
-        last = np.union1d(rows, [len(run.s) - 1]).tolist()
-        piercing = piercing_of(around.ways, run.segments_start, run.segments_end, last, go_on)
-    return Alternative(
-        path.points, np.array(shaft.directions), rolls, placing.base, placing.q_start, run, passage, piercing
-    )
+    one = Alternative(path.points, np.array(shaft.directions), rolls, placing.base, placing.q_start, run, passage)
+    return _with_piercing(one, around.ways, go_on)
+
+
+def _with_piercing(one: Alternative, ways: Ways | None, go_on: Callable[[], object] = bool) -> Alternative:
+    if ways is None:
+        return one
+    run = one.run
+    rows = np.union1d(_rows(run), [len(run.s) - 1]).tolist()
+    return replace(one, piercing=piercing_of(ways, run.segments_start, run.segments_end, rows, go_on))
+
+
+def _rows(run: DryRun) -> IndexArray:
+    """Indices of the poses of a dry run at its stations."""
+    rows: IndexArray = np.unique(np.rint(run.s / STATION_MM), return_index=True)[1]
+    return rows
 
 
 def _part(tell: ProgressCallback, begin: float, end: float) -> ProgressCallback:

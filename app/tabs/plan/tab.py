@@ -40,6 +40,7 @@ from app.tabs.plan.openings import EntryOpenings
 from app.tabs.plan.paths import paths_section
 from app.tabs.plan.region_words import DRAW_WORDS
 from app.tabs.plan.removed_bone import RemovedBoneCount
+from app.tabs.plan.search_fields import SearchFields
 from app.tabs.plan.search_watch import SearchWatch
 from app.tabs.plan.sections import PlanEntry, PlansSection
 from app.tabs.plan.shafts import AIM_WORDS, Shafts
@@ -67,6 +68,7 @@ class PlanTab(Tab):
         self._edits = Edits(workspace.case, self._shafts, self._evaluations.again)
         self._removed = RemovedBoneCount(workspace)
         self._search = SearchWatch(workspace.services)
+        self._search_fields = SearchFields(workspace)
         workspace.plan.provide(lambda: self.plan)
         workspace.on_case_opened(self._case_opened)
 
@@ -369,6 +371,7 @@ class PlanTab(Tab):
         self._removed.refresh(self.plan)
         if self.active:
             self._openings.refresh(self._edited)
+            self._search_fields.refresh(self._edited)
 
     def sections(self) -> Sections:
         """The :class:`PlanSections`."""

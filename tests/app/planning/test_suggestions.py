@@ -53,10 +53,10 @@ def searched_once() -> Iterator[None]:
     """The same search is not made twice: the page's and the command's differ in what is done with its answer."""
     search, found = suggestions_module.suggest_path, dict[Any, Suggestion]()
 
-    def once(around: Any, robot: Any, tool: Any, entry: Any, target: Any, settings: Any, tell: Any) -> Suggestion:
+    def once(around: Any, robot: Any, tool: Any, entry: Any, target: Any, settings: Any, *given: Any) -> Suggestion:
         key = tool.name, tuple(entry), tuple(target), repr(settings)
         if key not in found:
-            found[key] = search(around, robot, tool, entry, target, settings, tell)
+            found[key] = search(around, robot, tool, entry, target, settings, *given)
         return found[key]
 
     with pytest.MonkeyPatch.context() as patch:

@@ -14,6 +14,7 @@ from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.proximity.fields.distance_field import (
     DistanceField,
     FieldGrid,
+    _within,
     field_of_level,
     field_of_surface,
     refined_by_level,
@@ -63,6 +64,22 @@ def test_a_finer_box_is_more_exact_and_knows_what_lies_outside_of_it() -> None:
     assert better.mean() < 0.5 * worse.mean()
     corner = beside(10.5, 9.5, 9.5)
     assert fine.at([corner])[0] == pytest.approx(-ball(corner[None])[0], abs=0.3)
+
+
+def test_what_may_lie_outside_of_a_box_is_limited_by_the_first_grid_that_knows_the_place() -> None:
+    coarse = field_of_level(ball, np.stack([CENTRE - 8.0, CENTRE + 25.0]), 2.0)
+    two = DistanceField([*coarse.grids, *field_of_level(ball, BOX, 3.0).grids])
+    focus = np.stack([CENTRE - 14.0, CENTRE + 6.0])
+    alone = field_of_level(ball, focus, 0.5).grids[0]
+    own = np.where(np.random.default_rng(5).random(alone.values.shape) < 0.01, np.nan, alone.values)
+    limited = _within(FieldGrid(own, alone.origin, alone.step_mm), two)
+    kji = np.indices(own.shape).reshape(3, -1).T
+    there = two.at(alone.origin + alone.step_mm * kji[:, ::-1]).reshape(own.shape)
+    to_side = np.minimum(kji, np.array(own.shape) - 1 - kji).min(axis=1).reshape(own.shape) * alone.step_mm
+    beyond = (np.abs(own) > to_side) & ~np.isnan(there)
+    expected = np.where(beyond, np.copysign(np.fmin(np.abs(own), np.abs(there)), own), own)
+    assert beyond.any()
+    assert np.array_equal(limited.values, expected.astype(np.float32), equal_nan=True)
 
 
 def test_a_place_has_one_distance_in_whichever_finer_box_and_where_the_scan_cuts_that() -> None:

@@ -16,7 +16,7 @@ from ...arrays import Array
 from ...errors import InputError
 from ...geometry.checks import checked_points
 from ..proximity import Proximity
-from .distance_kernels import border_feet, distances, interpolate, spread
+from .distance_kernels import border_feet, distances, interpolate, limit, spread
 from .side import SurfaceSide
 
 LevelFunction = Callable[[Array], Array]
@@ -243,13 +243,7 @@ def _beside(tree: Proximity, origin: Array, shape: GridShape, step: float) -> tu
 
 def _within(fine: FieldGrid, whole: DistanceField) -> FieldGrid:
     """Limit the fine grid's distances to those of the whole where the nearest border can lie outside its box."""
-    values = np.array(fine.values)
-    k, j, i = (np.minimum(np.arange(n), n - 1 - np.arange(n)) for n in values.shape)
-    to_side = np.minimum(np.minimum(k[:, None, None], j[:, None]), i) * np.float32(fine.step_mm)
-    beyond = np.nonzero(np.abs(values) > to_side)
-    for part in np.array_split(np.arange(len(beyond[0])), max(1, len(beyond[0]) // _SLAB_POINTS)):
-        at = tuple(index[part] for index in beyond)
-        there = whole.at(fine.origin + fine.step_mm * np.column_stack([at[2], at[1], at[0]]))
-        own = values[at]
-        values[at] = np.where(np.isnan(there), own, np.copysign(np.fmin(np.abs(own), np.abs(there)), own))
+    values, limited = np.array(fine.values), np.zeros(fine.values.shape, np.bool_)
+    for grid in whole.grids:
+        limit(values, fine.origin, float(fine.step_mm), grid.values, grid.origin, float(grid.step_mm), limited)
     return FieldGrid(values, fine.origin, fine.step_mm)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...kernels.compiled import compiled, inlined
+from ...kernels.compiled import compiled, inlined, nogil
 
 _BEYOND = 0.99  # largest 1 / steps to a border that is not within one step
 _LEAST_SHARE = 1e-3  # of a step: smallest distance of a border from a grid point
@@ -55,7 +55,7 @@ def _foot(level: Any, k: int, j: int, i: int, foot: Any) -> bool:
     return True
 
 
-@compiled
+@nogil
 def border_feet(level: Any, nearest: Any) -> Any:
     """Border points and unit normals (m, 6) next to the grid points of a level (K, J, I), which is NaN where unknown.
 
@@ -87,7 +87,7 @@ def _squared(feet: Any, row: int, x: int, y: int, z: int) -> float:
     return float(a * a + b * b + c * c)
 
 
-@compiled
+@nogil
 def spread(nearest: Any, feet: Any) -> None:
     """Assign to each grid point its nearest border point, propagated between neighbours in eight sweeps.
 
@@ -120,7 +120,7 @@ def spread(nearest: Any, feet: Any) -> None:
                     nearest[k, j, i] = row
 
 
-@compiled
+@nogil
 def distances(nearest: Any, feet: Any, step: float, disc: float) -> Any:
     """Distance (K, J, I) float32 in mm from each grid point to the border; `step` is the grid spacing in mm.
 
@@ -183,3 +183,28 @@ def interpolate(values: Any, origin: Any, step: float, points: Any, found: Any) 
         found[n, 0] = cell[0]
         for axis in range(1, found.shape[1]):
             found[n, axis] = cell[axis] / step
+
+
+@nogil
+def limit(
+    values: Any, origin: Any, step: float, whole: Any, whole_origin: Any, whole_step: float, limited: Any
+) -> None:
+    """Limit distances (K, J, I) that exceed the distance to the side of their grid to those of another grid there.
+
+    The sign stays. limited (K, J, I) bool: points that an earlier grid knew, which are left as they are; updated.
+    """
+    count_k, count_j, count_i = values.shape
+    cell = np.empty(4)
+    for k in range(count_k):
+        for j in range(count_j):
+            for i in range(count_i):
+                own = np.float64(values[k, j, i])
+                to_side = min(k, count_k - 1 - k, j, count_j - 1 - j, i, count_i - 1 - i) * step
+                if limited[k, j, i] or not abs(own) > to_side:
+                    continue
+                x = (origin[0] + step * i - whole_origin[0]) / whole_step
+                y = (origin[1] + step * j - whole_origin[1]) / whole_step
+                _cell(whole, x, y, (origin[2] + step * k - whole_origin[2]) / whole_step, cell)
+                if cell[0] == cell[0]:
+                    limited[k, j, i] = True
+                    values[k, j, i] = np.copysign(min(abs(own), abs(cell[0])), own)

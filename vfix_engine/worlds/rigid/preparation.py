@@ -21,7 +21,7 @@ from ...files.sampling import sample_plane, sample_points
 from ...geometry.mesh import TriangleMesh
 from ...geometry.path import SplinePath
 from ...kernels.preparation import Preparation, compile_parts
-from ...proximity.fields.distance_field import field_of_level
+from ...proximity.fields.distance_field import field_of_level, refined_by_level
 from ...proximity.fit import nearest_free_point
 from ...proximity.proximity import ProximityTree
 from ...robots import PlacedRobot, RobotModel, Tool
@@ -89,6 +89,7 @@ def _distances() -> None:
 def _fields() -> None:
     """Queries of the verdict about bone and soft tissue."""
     ball = field_of_level(lambda points: 3.0 - np.linalg.norm(points, axis=1), [[-6.0] * 3, [6.0] * 3], 1.0)
+    ball = refined_by_level(ball, lambda points: 3.0 - np.linalg.norm(points, axis=1), [[-4.0] * 3, [4.0] * 3], 0.5)
     ball.at(np.zeros((1, 3)))
     air = RoomAir(np.full((7, 7, 7), ROOM, np.uint8), ball.grids[0].origin, 2.0, 0.0)
     Ways(ball, air, np.zeros(3)).of_pose(np.array([[0.0, 0.0, 5.9]]), np.array([[0.0, 0.0, -5.9]]))
