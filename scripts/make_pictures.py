@@ -2,10 +2,11 @@
 
     python scripts/make_pictures.py [--out DIR]
 
-Needs the test tools (`python3 scripts/test.py --setup-only`) and a browser, as the browser tests do. The head is
-registered as described in docs/registration_tutorial.md, then written as a folder of DICOM slices and used for a plan
-as described in docs/planning_tutorial.md, with the names in these texts; a name that is not on the page ends the script
-with an error. The libraries of 3D Slicer draw what is exported for it. Takes some minutes.
+Needs the test tools (`python3 scripts/test.py --setup-only`) and a browser, as the browser tests do. The shipped plan
+is rehearsed as described in docs/rehearsal_tutorial.md, the head is registered as in docs/registration_tutorial.md,
+then written as a folder of DICOM slices and used for a plan as in docs/planning_tutorial.md, with the names in these
+texts; a name that is not on the page ends the script with an error. The libraries of 3D Slicer draw what is exported
+for it. Takes some minutes.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "browser")]
 
 from workstation import TOKEN, Planner, Rest, Workstation, launch  # noqa: E402
 
-from pictures import registration, sample_plan, tutorial  # noqa: E402
+from pictures import registration, rehearsal, sample_plan, tutorial  # noqa: E402
 from pictures.album import Album  # noqa: E402
 from pictures.dicom_folder import write_dicom_folder  # noqa: E402
 from pictures.named_page import NamedPage  # noqa: E402
@@ -58,6 +59,12 @@ def main() -> None:
 def walk(page: NamedPage, client: httpx.Client, folder: Path, work: Path) -> None:
     """Make every picture in turn. folder: contains the slices. work: receives exported files."""
     sample_plan.planned(page)
+    rehearsal.begin(page)
+    rehearsal.by_a_hand_on_the_robot(page, 60.0)
+    rehearsal.from_a_distance(page, 30.0)
+    rehearsal.in_a_free_hand(page)
+    rehearsal.compare(page, work)
+    page.press("3D + slices")
     registration.find_the_beads(page)
     registration.touch_them(page)
     registration.measure_one_wrongly(page)

@@ -15,9 +15,12 @@ PATIENCE_S = 400.0  # for a busy machine that computes distance fields for the f
 
 
 class NamedPage:
-    """Buttons, fields and texts of one page; a missing one is awaited for `PATIENCE_S`, then an error is raised."""
+    """Buttons, fields and texts of one page; a missing one is awaited for `PATIENCE_S`, then an error is raised.
 
-    def __init__(self, station: Workstation, album: Album) -> None:
+    album: of the pictures; None takes none.
+    """
+
+    def __init__(self, station: Workstation, album: Album | None) -> None:
         self.station, self.page, self.album = station, station.page, album
 
     def wait(self, what: str, check: Callable[[], Any]) -> Any:
@@ -88,8 +91,15 @@ class NamedPage:
 
     def take(self, name: str) -> None:
         """Take a picture of the page once it is idle and temporary notes have disappeared."""
+        if self.album is None:
+            return
         self.page.mouse.move(1000, 66)  # nothing there reacts to the pointer
         self.wait("the notes to go", lambda: not self.page.locator("#notes .toast").count())
         self.station.settle()
-        self.album.add(name, self.page.screenshot())
-        print(f"{name}.png", flush=True)
+        self.add(name, self.page.screenshot())
+
+    def add(self, name: str, png: bytes) -> None:
+        """Store a picture that was taken."""
+        if self.album is not None:
+            self.album.add(name, png)
+            print(f"{name}.png", flush=True)

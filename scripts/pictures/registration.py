@@ -86,4 +86,4 @@ def take_it_to_slicer(page: NamedPage, work: Path) -> None:
     (scene,) = (work / "slicer").rglob("scene.mrml")
     command = [sys.executable, str(SLICER), str(scene), "--picture", str(work / "slicer.png")]
     subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
-    page.album.add("registration_slicer", (work / "slicer.png").read_bytes())
+    page.add("registration_slicer", (work / "slicer.png").read_bytes())

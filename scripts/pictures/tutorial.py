@@ -120,7 +120,7 @@ def drag_a_point(page: NamedPage) -> None:
         page.page.wait_for_timeout(150)
     page.wait("the live verdict", lambda: station.state("corridor")["state"] == "drag")
     page.says("while you drag")
-    page.album.add("planning_drag", page.page.screenshot())
+    page.add("planning_drag", page.page.screenshot())
     mouse.up()
     page.judged()
     page.press("Undo (Ctrl+Z)")
