@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from app.drives.run_scores import RunScores
@@ -28,6 +28,7 @@ class Recording:
     folder: of its run, created by the drive. case_id, document_id: what is driven; subject: its name.
     measure_by: called when the drive has ended; returns measurements of the run before it is stored.
     scores: compute its score once it is stored, so that lists have it; None: when somebody asks.
+    unstored: recordings that could not be stored, such as on a full disk; they stay until they can be.
     """
 
     folder: Path
@@ -38,6 +39,7 @@ class Recording:
     jobs: Jobs
     measure_by: MeasureBy
     scores: RunScores | None = None
+    unstored: list[Recording] = field(default_factory=list, compare=False)
 
     def keep(self) -> None:
         """The drive has ended: its run is stored by a job; a drive without a step leaves none."""
@@ -60,7 +62,13 @@ class Recording:
         measure = self.measure_by(progress)
         progress("Storing the run", 0.5)
         ids = {"case_id": self.case_id, "plan_id": self.document_id}
-        run = self.runs.keep(self.folder, origin="page", measure=measure, **ids)
+        try:
+            run = self.runs.keep(self.folder, origin="page", measure=measure, **ids)
+        except StorageError as error:
+            self.unstored.append(self)
+            raise StorageError(
+                f"{str(error).rstrip('.')}; it is kept, and stored when the next drive begins."
+            ) from error
         if self.scores is not None:
             progress("Scoring the run", 0.7)
             with suppress(InputError):  # of a world that has no score
@@ -68,7 +76,8 @@ class Recording:
         return run.id
 
     def _remove(self) -> None:
-        self.runs.discard(self.folder)
+        if self not in self.unstored:
+            self.runs.discard(self.folder)
 
 
 class Recordings:
@@ -76,6 +85,7 @@ class Recordings:
 
     def __init__(self, jobs: Jobs, runs: RunService, scores: RunScores | None = None) -> None:
         self._jobs, self._runs, self._scores = jobs, runs, scores
+        self._unstored: list[Recording] = []
 
     def new(
         self, case_id: str, document_id: str | None, subject: str, measure_by: MeasureBy = nothing_measured
@@ -84,8 +94,12 @@ class Recordings:
 
         Raises StorageError where the data folder is not writable.
         """
+        earlier, self._unstored[:] = tuple(self._unstored), ()
+        for one in earlier:
+            one.keep()
         folder = self._runs.new_folder("page", case_id=case_id, plan_id=document_id)
-        return Recording(folder, case_id, document_id, subject, self._runs, self._jobs, measure_by, self._scores)
+        drive = folder, case_id, document_id, subject
+        return Recording(*drive, self._runs, self._jobs, measure_by, self._scores, self._unstored)
 
     def attempt(
         self, case_id: str, document_id: str | None, subject: str, measure_by: MeasureBy = nothing_measured

@@ -142,7 +142,10 @@ class RunService:
         case or plan that is not stored, and StorageError.
         """
         folder = _written(folder)
-        pierced = None if measure is None else measure(folder)
+        try:
+            pierced = None if measure is None else measure(folder)
+        except OSError as error:
+            raise StorageError(f"the run could not be measured: {error.strerror or error}.") from error
         there = [folder / name for name in FILES if (folder / name).is_file()]
         manifest, end = _manifest(folder / MANIFEST), None
         if folder / END in there:
@@ -223,18 +226,18 @@ class RunService:
                 self._remove(set(left) - _known(session))
 
     def _rescue(self, left: Path) -> bool:
-        """Store the recordings in the folder of a killed planner; False where the store is not writable at present."""
+        """Store the recordings that a planner left in its folder; False where the store is not writable at present."""
         for note in left.glob("run-*.json"):
             folder = note.with_suffix("")
             try:
                 if has_ticks(folder):
                     self.keep(folder, **parse_json(note.read_text(encoding="utf-8")))
-                    _LOG.warning("The planner was killed during a drive; what was recorded of it is kept.")
+                    _LOG.warning("A drive was not stored when its planner ended; what was recorded of it is kept.")
             except (StorageError, OSError) as error:
-                _LOG.warning("The recording of a killed planner is left for the next start: %s", error_kind(error))
+                _LOG.warning("The recording of a drive is left for the next start: %s", error_kind(error))
                 return False
             except (VfixError, TypeError, ValueError) as error:
-                _LOG.warning("The recording of a killed planner cannot be kept: %s", error_kind(error))
+                _LOG.warning("The recording of a drive cannot be kept: %s", error_kind(error))
         return True
 
     def _put(self, path: Path) -> RunFile:

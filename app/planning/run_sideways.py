@@ -48,5 +48,9 @@ def add_sideways(folder: Path, ways: Ways) -> dict[str, Any] | None:
         return ticks[:, columns].reshape(count, parts, 3)
 
     pierced, sideways = pierced_by_steps(ways, ticks[:, names.index("path_s")], ends("a"), ends("b"))
-    sideways.astype("<f8").tofile(folder / SIDEWAYS)
+    try:
+        sideways.astype("<f8").tofile(folder / SIDEWAYS)
+    except OSError:
+        (folder / SIDEWAYS).unlink(missing_ok=True)  # a part of it would be stored as the whole
+        raise
     return asdict(PiercedReport.of(pierced))

@@ -215,7 +215,8 @@ class Store:
             raise StoreBusy("another planner uses the database; end it, and try again.")
 
     def close(self) -> None:
-        """Close all connections and remove temporary data."""
+        """Close all connections and remove temporary data; a drive that was not stored is stored first."""
+        self.drives.close()
         if self._writer is not None:
             self._writer.dispose()
         self._engine.dispose()
@@ -227,7 +228,6 @@ class Store:
         self.scratch.close()
         self.files.scratch.close()
         self.run_files.scratch.close()
-        self.drives.close()
 
 
 def _keep_private(database: Path) -> None:

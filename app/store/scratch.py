@@ -28,7 +28,8 @@ _LOCK = ".lock"
 class Scratch:
     """Temporary folders of the planners of a data folder; thread-safe.
 
-    rescue: called with the folder of a killed planner before that is removed; False keeps it for the next start.
+    rescue: called with the folder of a planner that ends or was killed, before that is removed; False keeps it for the
+    next start.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -61,7 +62,10 @@ class Scratch:
         """Remove the folder of this planner; also done at exit, unless it is killed."""
         with self._guard:
             if self._let_go is not None:
-                self._let_go()
+                if self._own is None or self.rescue(self._own):
+                    self._let_go()
+                elif (held := self._let_go.detach()) is not None:
+                    held[2][1].close()  # the lock; the next start takes the folder up
             self._own = self._let_go = None
 
     def _create(self) -> Path:

@@ -14,7 +14,7 @@ from app.cases.service import Case
 from app.drives.recordings import Recordings
 from app.drives.runs import FILES, RunService, StoredRun
 from app.kit.errors import NotFound, TooLarge
-from app.kit.jobs import Jobs
+from app.kit.jobs import Job, Jobs
 from app.plans.service import PlanService
 from app.settings import Settings
 from app.store import Store
@@ -167,6 +167,55 @@ def test_a_recording_is_stored_by_a_job_once_its_drive_has_ended(
     (run,) = runs.list(case.id, plan.id)
     assert (run.id, run.origin, run.whole) == (done.result, "page", False)
     assert not list(part.parent.iterdir())
+    jobs.close()
+
+
+@pytest.mark.parametrize("fails", ["store", "measure"])
+def test_what_a_full_disk_does_not_take_is_stored_when_the_next_drive_begins_or_ends(
+    store: Store, runs: RunService, plans: PlanService, case: Case, monkeypatch: pytest.MonkeyPatch, fails: str
+) -> None:
+    """HAZ-26: what was recorded before the disk was full is not lost at the end of the drive."""
+
+    def full(*given: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    jobs, plan = Jobs(), plans.create(case.id, "Plan")
+    recordings = Recordings(jobs, runs)
+
+    def driven() -> Job:
+        measure = full if fails == "measure" and not jobs.list(case.id) else None
+        recording = recordings.new(case.id, plan.id, plan.name, lambda progress: measure)
+        write_run(recording.folder)
+        recording.keep()
+        return jobs.wait(jobs.list(case.id)[-1].id, 10)
+
+    with monkeypatch.context() as disk:
+        if fails == "store":
+            disk.setattr(RunService, "_put", full)
+        failed = driven()
+    assert (failed.state, runs.list()) == ("failed", ())
+    assert "No space left on device; it is kept" in str(failed.error)
+    store.drives.close()  # the planner ends
+    (run,) = runs.list(case.id, plan.id)
+    assert (run.origin, run.whole) == ("page", True)
+    jobs.close()
+
+
+def test_a_drive_that_was_not_stored_is_stored_by_the_next_one(
+    runs: RunService, plans: PlanService, case: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    jobs, plan = Jobs(), plans.create(case.id, "Plan")
+    recordings = Recordings(jobs, runs)
+    first = recordings.new(case.id, plan.id, plan.name)
+    write_run(first.folder)
+    with monkeypatch.context() as disk:
+        disk.setattr(RunService, "_put", lambda *_: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+        first.keep()
+        assert jobs.wait(jobs.list(case.id)[-1].id, 10).state == "failed"
+    assert first.folder.is_dir()
+    recordings.new(case.id, plan.id, plan.name)
+    assert jobs.wait(jobs.list(case.id)[-1].id, 10).state == "done"
+    assert (len(runs.list(case.id, plan.id)), first.folder.exists()) == (1, False)
     jobs.close()
 
 
