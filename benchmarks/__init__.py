@@ -8,6 +8,7 @@ Nothing here is imported by the engine or by the planner; coal is part of the ex
 
 BENCHMARKS: tuple[str, ...] = (
     "certify",
+    "cockpit",
     "drag",
     "durability",
     "first-plan",

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from benchmarks import cases, realtime_snake, report
@@ -62,8 +63,21 @@ WORLDS: dict[str, Callable[[argparse.Namespace], dict[str, Any]]] = {"rigid": _r
 
 
 def _measure(case: cases.BenchCase, seconds: float, real_time: bool) -> dict[str, Any]:
-    driven, settings = cases.drive(case), ControlSettings()
-    scene = driven.scene
+    settings = ControlSettings()
+    with driven_process(case, settings, real_time) as process:
+        process.run()
+        driven_so = _drive(process, seconds)
+        told = {"period_us": 1e6 * settings.dt_s} | realtime_snake.record(process) | driven_so
+        kept = told["steps"] == told["ticks"] and told["min_clearance_mm"] >= settings.margin_mm - SAME_MM
+        return told | {"correct": kept and told["moved_mm"] > 0.0}
+
+
+@contextmanager
+def driven_process(
+    case: cases.BenchCase, settings: ControlSettings, real_time: bool = True
+) -> Iterator[RehearsalProcess]:
+    """Yield the control process of a case, ready and paused with the robot at the entry."""
+    scene = cases.drive(case).scene
     spec = SceneSpec(
         vertices=case.mesh.vertices,
         faces=case.mesh.faces,
@@ -79,11 +93,7 @@ def _measure(case: cases.BenchCase, seconds: float, real_time: bool) -> dict[str
     try:
         process.start()
         process.wait_ready()
-        process.run()
-        driven_so = _drive(process, seconds)
-        told = {"period_us": 1e6 * settings.dt_s} | realtime_snake.record(process) | driven_so
-        kept = told["steps"] == told["ticks"] and told["min_clearance_mm"] >= settings.margin_mm - SAME_MM
-        return told | {"correct": kept and told["moved_mm"] > 0.0}
+        yield process
     finally:
         process.close()
 
