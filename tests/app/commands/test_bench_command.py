@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from app import cli
 from app.commands import bench
-from benchmarks import BENCHMARKS, cases, realtime, report, step
+from benchmarks import BENCHMARKS, cases, cockpit, realtime, report, step
 from tests.engine.scenes import curved_tube
 from vfix_engine.errors import VfixError
 from vfix_engine.geometry.path import SplinePath
@@ -190,3 +191,9 @@ def test_the_real_head_and_files_of_ones_own(trial_data: Path) -> None:
 )
 def test_figures_are_calm(value: Any, words: str) -> None:
     assert bench.figure(value) == words
+
+
+def test_the_interval_of_a_ratio_is_that_of_student() -> None:
+    logs = np.log([1.1, 0.9, 1.3, 1.0, 1.25, 0.95])
+    half = stats.t.interval(0.95, len(logs) - 1, loc=logs.mean(), scale=stats.sem(logs))
+    assert cockpit.interval(logs.tolist()) == pytest.approx(np.exp([logs.mean(), *half]), rel=1e-3)
