@@ -50,7 +50,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
-    """Return each drive's lateness at the 99th percentile in µs, the mean of half seconds, and the ratio of both with its 95 % interval.
+    """Return the lateness of each drive and the ratio of both kinds with its 95 % interval.
+
+    It is the lateness at the 99th percentile in µs, the mean of half seconds.
 
     Raises:
         BenchmarkRefused: no browser or Playwright is installed, or a number makes no sense.
