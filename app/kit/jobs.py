@@ -111,7 +111,7 @@ class Jobs:
     """Runs jobs; those of one lane run one after another. Thread-safe.
 
     Two jobs of the `PROMPT` kinds run at a time, and two others besides them, so that an import or a path search,
-    which may take minutes, does not delay a dry run.
+    which may take minutes, does not delay a dry run. A lane, too, is of prompt jobs or of others.
     """
 
     def __init__(self) -> None:

@@ -247,7 +247,7 @@ class Suggestions:
         return settings_in_case(plan.content.settings, self._cases.get(plan.case_id).uncertainty)
 
     def _submit(self, work: Callable[[Progress], str], kind: JobKind, plan: Plan, ends: Sequence[Position]) -> Job:
-        lane = f"dry_run {plan.case_id}"  # one drive of a case at a time
+        lane = f"search {plan.case_id}"  # one search in a head at a time, and none before the verdict on a path
         same = f"{kind} {plan.id} {plan.revision} {tuple(ends)}"
         searched = (one.label for one in plan.content.targets if ends and one.position == ends[-1])
         subject = next(searched, plan.name)

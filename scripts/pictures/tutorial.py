@@ -173,7 +173,8 @@ def compare_and_export(page: NamedPage, folder: Path) -> None:
     for name in DOWNLOADS:
         download(page, name, folder)
     page.press(REPORT)
-    download(page, "Save", folder)  # the answer to whether the scan is shown
+    page.choose("The pictures show", "outlines of bone only")  # without an answer nothing is saved
+    download(page, "Save", folder)
 
 
 def download(page: NamedPage, name: str, folder: Path) -> None:

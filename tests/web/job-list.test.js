@@ -44,3 +44,24 @@ test("jobs that somebody began are found once when the page is loaded, and then 
   list.look();
   assert.deepEqual(found, ["job-1", "job-3"]);
 });
+
+test("a list about jobs of its own finds them whoever began them, and shows those that it holds now", () => {
+  const { document } = layOutPage();
+  Object.assign(document, { createElement: () => ({ append: () => {} }) });
+  Object.assign(jobWatch, { heard: 0, items: [] });
+  let plan = "a";
+  const begun = [];
+  const list = new JobList(() => {}, { holds: ({ kind, document_id: of }) => kind === "tools" && of === plan, begun: ({ id }) => begun.push(id) });
+  let shown = [];
+  list.fill = (element, items) => { shown = items.map(({ id }) => id); };
+  const items = [job({ kind: "tools", document_id: "a" }), job({ id: "job-2", kind: "tools", document_id: "b" }), job({ id: "job-3" })];
+  jobWatch.hear(items);
+  jobWatch.hear(items);
+  assert.deepEqual([begun, shown], [["job-1"], ["job-1"]], "though the list is not in sight");
+  plan = "b";
+  list.again();
+  assert.deepEqual([begun, shown], [["job-1", "job-2"], ["job-2"]]);
+  plan = "a";
+  list.again();
+  assert.deepEqual([begun, shown], [["job-1", "job-2"], ["job-1"]]);
+});

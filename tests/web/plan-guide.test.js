@@ -53,6 +53,8 @@ test("a closed step is one line with its result", () => {
   const exported = (/** @type {string | null} */ level, state = "current") => stepLine("export", /** @type {any} */ ({ plan: plan(6, 2), corridor: { level, state, status: "done", word: "Blocked" } }), known());
   const caution = { words: "Blocked plan", mark: "caution" };
   assert.deepEqual([exported("blocked"), exported("pierces"), exported("blocked", "none"), exported("tight").words, exported(null, "waits").words], [caution, caution, caution, "Ready", "Not simulated yet"]);
+  const updating = { words: "updating", mark: "" }, before = /** @type {any} */ ({ level: null, state: "waits", status: "computing", verdict: {} });
+  assert.deepEqual(["check", "export"].map((name) => stepLine(/** @type {any} */ (name), { plan: plan(6, 2), corridor: before }, known({ verdict: updating }))), [updating, updating]);
   assert.deepEqual(stepLine("entry", { plan: plan(1, 0) }, known()), { words: "Side not set", mark: "" });
   assert.equal(stepLine("entry", { plan: plan(1, 0), paths: { ...paths, side_caution: "Left of the septum." } }, known()).mark, "caution");
   assert.deepEqual(stepLine("path", { plan: plan(6, 2) }, known({ short: "32 mm short" })), { words: "81 mm", mark: "caution", pill: "32 mm short" });

@@ -11,7 +11,8 @@ test("a line is the word and the worst figure", () => {
   assert.deepEqual(verdictLine(corridor({ level: "pierces", word: "Blocked", verdict: null })), { words: "Blocked", mark: "caution" });
   const nerve = { ...bone, name: "optic nerve", level: "blocked" };
   assert.equal(verdictLine(corridor({ level: "blocked", word: "Blocked", verdict: { figures: [nerve] } })).words, "Blocked, optic nerve");
-  assert.equal(verdictLine(corridor({ state: "waits" })).words, "Simulating …");
+  assert.deepEqual(["waits", "drag_waits"].map((state) => verdictLine(corridor({ state }))), [{ words: "updating", mark: "" }, { words: "updating", mark: "" }]);
+  assert.equal(verdictLine(corridor({ state: "waits", verdict: null })).words, "Simulating …", "nothing was known before");
   assert.equal(verdictLine(corridor({ status: "none" })).words, "");
 });
 

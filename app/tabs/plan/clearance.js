@@ -2,7 +2,7 @@
 import { h, whenChanged } from "/static/js/dom.js";
 import { captionWords, deepestOf, marginWords, placeDetail, placeWords, structureColour } from "/static/js/clearance-words.js";
 import { mm } from "/static/js/format.js";
-import { isOld } from "/static/js/verdict-line.js";
+import { UPDATING, isOld } from "/static/js/verdict-line.js";
 import { draw, html, more, nothing, unlessFocused } from "/static/js/template.js";
 import { clearancePlot, placeUnder } from "./clearance-plot.js";
 
@@ -55,7 +55,7 @@ export class ClearanceGroup {
           aria-valuetext=${`${words} ${detail}`.trim()} .value=${unlessFocused(String(place))} @input=${slide}>
         <button type="button" class="plain" id="profile-hide" ?hidden=${shown === null} @click=${() => this.connection.send("clearance.hide")}>Hide tool</button>
       </div>
-      <div class="words"><span id="profile-reading">${words || "Greyed until the path is judged."}</span>
+      <div class="words"><span id="profile-reading" class=${words ? "" : "updating"}>${words || UPDATING}</span>
         ${more(`${detail} ${captionWords(verdict)}`.trim(), "profile-help", "About the plot")}</div>
       ${keys(verdict, scale, colours)}`;
   }

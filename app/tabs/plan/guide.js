@@ -110,6 +110,7 @@ export function stepLine(name, state, known) {
   if (name === "tool") return toolLine(plan, state);
   const drawn = plan.points.length > 1;
   if (name === "check") return drawn ? known.verdict : { words: "Needs a path", mark: "" };
+  if (drawn && state.corridor?.verdict && ["waits", "drag_waits"].includes(state.corridor.state)) return known.verdict;
   if (drawn && ["blocked", "pierces"].includes(state.corridor?.level ?? "")) return { words: "Blocked plan", mark: "caution" };
   const ready = drawn && state.corridor?.state === "current" && state.corridor.status === "done";
   return { words: ready ? "Ready" : drawn ? "Not simulated yet" : "Needs a path", mark: ready ? "done" : "" };

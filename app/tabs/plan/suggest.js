@@ -1,6 +1,7 @@
 // Suggested paths: asked for, compared, shown in the head, and used.
 import { note, noteEdit } from "/static/js/dialogs.js";
 import { group, h, whenChanged } from "/static/js/dom.js";
+import { count } from "/static/js/format.js";
 import { Roving } from "/static/js/roving.js";
 import { draw, hintLine, html, live, nothing, repeat, said } from "/static/js/template.js";
 import { endThere, noWay, removeThere } from "./no-way.js";
@@ -55,10 +56,9 @@ export class SuggestGroup {
     this.path = paths?.chosen;
     this.newest.follow(plan, this.path);
     search.keepTo(plan?.id);
-    search.join(state);
     const aim = search.aim && plan?.targets.find(({ label }) => label === search.aim);
     if (aim) [this.target, search.aim] = [aim.id, ""]; // the search may be another window's
-    const of = [plan?.id, plan?.points, plan?.ghost, plan?.targets, plan?.nearest_target, plan?.locked, shaft?.shown, this.wanted, search.suggestion?.id, plan?.tool, surroundingsKey(state), search.busy, search.problem, search.drawing];
+    const of = [plan?.id, plan?.points, plan?.ghost, plan?.targets, plan?.nearest_target, plan?.locked, shaft?.shown, this.wanted, search.suggestion?.id, search.found.length, plan?.tool, surroundingsKey(state), search.busy, search.aims, search.problem, search.current?.drawing];
     this.changed(of, () => {
       draw(this.body, this.template(plan, shaft));
       this.roving.update();
@@ -77,10 +77,10 @@ export class SuggestGroup {
 
   /** The search has gone on: what it found is brought into sight once, the focus stays. */
   searched() {
-    const { busy, suggestion } = this.search;
+    const { suggestion } = this.search;
     this.update(this.connection.state);
     this.found();
-    if (busy || this.seen === suggestion?.id) return;
+    if (this.seen === suggestion?.id) return;
     this.seen = suggestion?.id;
     for (const part of ["#alternatives, #no-way", ".way"]) this.body.querySelector(part)?.scrollIntoView({ block: "nearest" });
   }
@@ -96,7 +96,7 @@ export class SuggestGroup {
     const wanted = (plan?.points.length ?? 0) < 2 && !search.suggestion && !search.busy;
     return html`
       ${targets.length > 1 ? this.targets(plan, targets) : nothing}
-      <button type="button" class=${wanted ? "wide primary" : "wide"} id="suggest" data-command="suggest" ?disabled=${!ready} aria-disabled=${String(search.busy)}
+      <button type="button" class=${wanted ? "wide primary" : "wide"} id="suggest" data-command="suggest" ?disabled=${!ready} aria-disabled=${String(search.pending > 0 || search.aims.includes(targetOf(plan, this.wanted)?.label ?? ""))}
         @click=${() => search.look(this.connection.state.plan, this.wanted)}>Suggest a path</button>
       ${this.newPath(plan)}
       ${search.work.element}
@@ -137,21 +137,34 @@ export class SuggestGroup {
     const { followed, earlier } = search.standing(plan);
     if (suggestion.none) {
       const { ends_at: place } = suggestion.none;
-      return noWay(suggestion, suggestion.none, plan, earlier, {
+      return html`${this.answers()}${noWay(suggestion, suggestion.none, plan, earlier, {
         end: () => endThere(connection, search),
         remove: () => removeThere(connection, search),
         show: () => connection.send("slice.cross", { position: place }),
-      });
+      })}`;
     }
     const words = earlier ? "Plan changed since. Suggest again." : followed < 0 ? "Choose a way to see it." : `The path follows way ${followed + 1}.`;
     const rows = rowsOf(suggestion.alternatives);
     const ofShown = search.numberOf(shown);
-    return html`${hintLine("suggest-words", words, ORDER, earlier)}
+    return html`${this.answers()}${hintLine("suggest-words", words, ORDER, earlier)}
       <ul class=${earlier ? "ways earlier" : "ways"} id="alternatives" aria-label="Suggested ways" style=${`--rows: ${rows.length}; --columns: ${columnsOf(suggestion.alternatives.length)}`}>
         ${suggestion.alternatives.map((way, number) => wayCard(way, rows, {
-          key: search.keyOf(number), number, shown: number === ofShown, followed: number === followed, locked: plan.locked, picture: search.pictures[number] ?? search.drawing,
+          key: search.keyOf(number), number, shown: number === ofShown, followed: number === followed, locked: plan.locked, picture: search.current?.pictures[number] ?? search.current?.drawing,
         }, { show: () => search.preview(number), use: () => this.use(number) }))}
       </ul>`;
+  }
+
+  /** The answers to several targets, of which one is shown. */
+  answers() {
+    const { found, at } = this.search;
+    if (found.length < 2) return nothing;
+    const choose = (/** @type {number} */ number) => {
+      this.search.choose(number);
+      this.update(this.connection.state);
+    };
+    return html`<div class="buttons even" id="answers" role="group" aria-label="Ways to each target">
+      ${found.map(({ aim, suggestion: { alternatives } }, number) => html`<button type="button" aria-pressed=${String(number === at)} @click=${() => choose(number)}>${aim}: ${alternatives.length ? count(alternatives.length, "way", "ways") : "no way"}</button>`)}
+    </div>`;
   }
 
   /**

@@ -2,17 +2,19 @@
 import { note } from "/static/js/dialogs.js";
 import { h, whenChanged } from "/static/js/dom.js";
 import { fixed, sentence } from "/static/js/format.js";
-import { JobLine } from "/static/js/job-line.js";
-import { read, send } from "/static/js/rest.js";
+import { JobList } from "/static/js/job-list.js";
+import { stageWords } from "/static/js/jobs.js";
+import { read, send, wasCancelled } from "/static/js/rest.js";
 import { Roving } from "/static/js/roving.js";
 import { draw, hintLine, html, iconTemplate, nothing, repeat, said } from "/static/js/template.js";
-import { LEVEL_ICONS } from "/static/js/verdict-line.js";
+import { LEVEL_ICONS, UPDATING, isOld } from "/static/js/verdict-line.js";
 import { pathKey, surroundingsKey } from "./same-path.js";
 import { toolPicture } from "./tool-picture.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
-/** @import { PlanSection, ToolPublic, ToolTablePublic, ViewModel } from "/static/js/types.js" */
+/** @import { EvaluationSection, JobEntry, JobPublic, PlanSection, ToolPublic, ToolTablePublic, ViewModel } from "/static/js/types.js" */
 
+const SAME_MM = 0.006; // the verdict's figures are rounded
 const HELP = "The plan's own tool as the card above judges it; each other tool with the directions of the shaft that suit it best. "
   + "Choosing one takes these directions over with it, as one edit.";
 
@@ -21,13 +23,17 @@ export class ToolTableGroup {
   constructor(connection) {
     this.connection = connection;
     this.changed = whenChanged();
-    this.work = new JobLine();
+    this.work = new JobList((job, error) => this.ended(job, error), {
+      holds: (job) => this.isOf(job), words: (job) => sentence(stageWords(job)), begun: (job) => this.begun(job),
+    });
     /** @type {ToolTablePublic | null} */
     this.table = null;
-    this.askedOf = ""; // the path and its surroundings when the tools were asked for
-    /** @type {string | undefined} the plan that it is of */
+    this.askedOf = ""; // the path and its surroundings when the tools of the table were asked for
+    /** @type {Map<string, { key: string, revision?: number }>} the same of jobs that run, with the plan's revision where it may be another */
+    this.asked = new Map();
+    /** @type {string | undefined} the open plan */
     this.of = undefined;
-    this.busy = false;
+    this.pending = 0; // requests and answers that are on their way
     this.problem = "";
     this.element = h("div", { class: "fields" });
     this.roving = new Roving(this.element, "tbody tr", { first: '[aria-selected="true"]' });
@@ -35,16 +41,28 @@ export class ToolTableGroup {
 
   /** @param {ViewModel} state */
   update(state) {
-    const { plan } = state;
-    if (this.of !== plan?.id && !this.busy) {
+    const { plan, corridor } = state;
+    if (this.of !== plan?.id) {
+      this.of = plan?.id;
       this.table = null;
       this.problem = "";
+      this.work.again();
     }
-    const of = [plan?.id, keyOf(state), plan?.tool, plan?.locked, this.table?.id, this.busy, this.problem];
+    const of = [plan?.id, keyOf(state), plan?.tool, plan?.locked, this.table?.id, this.busy, this.problem, corridor?.state, corridor?.verdict];
     this.changed(of, () => {
       draw(this.element, this.template(plan));
       this.roving.update();
     });
+  }
+
+  /** Whether the tools are compared along the path of the open plan. */
+  get busy() {
+    return this.pending > 0 || this.work.shown.length > 0;
+  }
+
+  /** @param {JobEntry} job */
+  isOf({ kind, document_id: of }) {
+    return kind === "tools" && this.of !== undefined && of === this.of;
   }
 
   /** @param {PlanSection | null | undefined} plan */
@@ -62,9 +80,12 @@ export class ToolTableGroup {
    * @param {ToolTablePublic} table
    */
   answer(plan, { tools }) {
-    const earlier = keyOf(this.connection.state) !== this.askedOf;
-    return html`${hintLine("tools-words", earlier ? "Plan changed since. Ask again." : "Click a tool to choose it.", HELP, earlier)}
-      <table class=${earlier ? "points earlier" : "points"} id="tool-table" aria-label="Tools along this path">
+    const { state } = this.connection;
+    const waits = isOld(state.corridor);
+    const earlier = keyOf(state) !== this.askedOf || isOther(state.corridor, tools.find(({ tool }) => tool === plan.tool.name));
+    const words = waits ? UPDATING : earlier ? "Plan changed since. Ask again." : "Click a tool to choose it.";
+    return html`${hintLine("tools-words", words, HELP, earlier && !waits)}
+      <table class=${earlier || waits ? "points earlier" : "points"} id="tool-table" aria-label="Tools along this path">
         <thead><tr><th scope="col">Tool</th><th scope="col">Fit</th><th scope="col">Bone<span class="unit">mm</span></th><th scope="col">Tissue<span class="unit">mm</span></th></tr></thead>
         <tbody>${repeat(tools, ({ tool }) => tool, (tool) => this.row(tool, plan.tool.name, earlier))}</tbody>
       </table>`;
@@ -94,22 +115,60 @@ export class ToolTableGroup {
   async measure() {
     const { plan } = this.connection.state;
     if (!plan || this.busy) return;
-    this.askedOf = keyOf(this.connection.state);
-    this.of = plan.id;
-    this.busy = true;
+    const key = keyOf(this.connection.state);
+    await this.during(async () => {
+      /** @type {JobEntry} */
+      const job = await send(`/api/v1/plans/${encodeURIComponent(plan.id)}/tools`, {});
+      this.asked.set(job.id, { key });
+      this.work.watch(job);
+    });
+  }
+
+  /**
+   * A comparison is seen for the first time; one that this page has not begun may be of another revision of the plan.
+   * @param {JobEntry} job
+   */
+  begun(job) {
+    const { plan } = this.connection.state;
+    if (plan && !this.asked.has(job.id)) this.asked.set(job.id, { key: keyOf(this.connection.state), revision: plan.revision });
+    queueMicrotask(() => this.update(this.connection.state));
+  }
+
+  /**
+   * @param {JobEntry & Partial<JobPublic>} job
+   * @param {unknown} error
+   */
+  async ended(job, error) {
+    const asked = this.asked.get(job.id);
+    this.asked.delete(job.id);
+    if (!asked || !this.isOf(job)) return;
+    await this.during(async () => {
+      if (error) throw error;
+      /** @type {ToolTablePublic} */
+      const table = await read(`/api/v1/tool_tables/${encodeURIComponent(job.result ?? "")}`);
+      if (!this.isOf(job)) return;
+      this.table = table;
+      this.askedOf = asked.revision === undefined || asked.revision === table.revision ? asked.key : "";
+    });
+    for (const part of ["table", "tbody tr"]) this.element.querySelector(part)?.scrollIntoView({ block: "nearest" });
+  }
+
+  /**
+   * Do something for the open plan, and say why it could not be done.
+   * @param {() => Promise<void>} act
+   */
+  async during(act) {
+    const { of } = this;
+    this.pending += 1;
     this.problem = "";
     this.update(this.connection.state);
     try {
-      const found = await this.work.run(`/api/v1/plans/${encodeURIComponent(plan.id)}/tools`, {});
-      this.table = found ? await read(`/api/v1/tool_tables/${encodeURIComponent(found)}`) : null;
-      if (!found) this.problem = "The comparison was cancelled.";
+      await act();
     } catch (error) {
-      this.problem = sentence(/** @type {Error} */ (error).message);
-    } finally {
-      this.busy = false;
-      this.update(this.connection.state);
+      if (of === this.of) this.problem = wasCancelled(error) ? "The comparison was cancelled." : sentence(/** @type {Error} */ (error).message);
     }
-    for (const part of ["table", "tbody tr"]) this.element.querySelector(part)?.scrollIntoView({ block: "nearest" });
+    this.pending -= 1;
+    this.update(this.connection.state);
   }
 
   /**
@@ -126,6 +185,17 @@ export class ToolTableGroup {
       await send(`/api/v1/tool_tables/${encodeURIComponent(this.table.id)}/use`, wish).catch((error) => note(sentence(error.message), { error: true }));
     }
   }
+}
+
+/**
+ * Whether the verdict on the plan says something else of its tool than the table: the shaft is directed otherwise since.
+ * @param {EvaluationSection | undefined} corridor
+ * @param {ToolPublic | undefined} tool the plan's
+ */
+function isOther(corridor, tool) {
+  if (!tool || corridor?.state !== "current" || !corridor.verdict) return false;
+  const { verdict, least_clearance_mm: least } = tool;
+  return corridor.level !== verdict || !corridor.verdict.figures.some(({ value }) => value !== null && least !== null && Math.abs(value - least) < SAME_MM);
 }
 
 /** @param {ViewModel} state */

@@ -1,17 +1,19 @@
 // Beads in the CT: found as a job, and each confirmed or rejected by the user.
 import { h, whenChanged } from "/static/js/dom.js";
-import { count, mm } from "/static/js/format.js";
+import { count, mm, sentence } from "/static/js/format.js";
 import { note, noteEdit } from "/static/js/dialogs.js";
 import { heldNumber, ownNumber } from "/static/js/fields.js";
-import { JobLine } from "/static/js/job-line.js";
+import { JobList } from "/static/js/job-list.js";
+import { stageWords } from "/static/js/jobs.js";
 import { ListFilter } from "/static/js/list-filter.js";
 import { rovingRows } from "/static/js/roving.js";
+import { send, wasCancelled } from "/static/js/rest.js";
 import { line, say } from "/static/js/said.js";
 import { placeWords } from "/static/js/slices/place-words.js";
 import { draw, html, nothing, repeat } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
-/** @import { BeadEntry, RegistrationSection } from "/static/js/types.js" */
+/** @import { BeadEntry, JobEntry, RegistrationSection } from "/static/js/types.js" */
 
 const WHAT = "Beads are small dense balls, glued to the skin before the scan.";
 const JUDGED = { yes: ["Confirm", "Confirmed"], no: ["Reject", "Rejected"] };
@@ -21,11 +23,15 @@ export class BeadsGroup {
   constructor(connection) {
     this.connection = connection;
     this.changed = whenChanged();
-    this.looking = false;
+    this.asks = false; // a search is on its way to the planner
     this.words = h("p", { class: "words" });
     this.findButton = h("button", { type: "button", class: "primary", id: "find-beads", onclick: () => this.find() }, "Find beads");
     this.allButton = h("button", { type: "button", id: "confirm-beads", "data-operation": "bead.confirm_all", onclick: () => connection.send("bead.confirm_all") }, "Confirm all");
-    this.work = new JobLine();
+    this.work = new JobList((job, error) => this.ended(job, error), {
+      holds: ({ kind, document_id: of }) => kind === "beads" && of === this.registration?.id,
+      words: (job) => sentence(stageWords(job)),
+      begun: () => queueMicrotask(() => this.again()),
+    });
     this.diameter = ownNumber("bead-diameter", 0.5, 20, 0.5, null);
     this.diameter.placeholder = "any";
     this.threshold = ownNumber("bead-threshold", 300, 3000, 50, 800);
@@ -42,9 +48,20 @@ export class BeadsGroup {
 
   /** @param {RegistrationSection} registration */
   update(registration) {
+    const other = registration.id !== this.registration?.id;
     this.registration = registration;
+    if (other) this.work.again();
     const { beads, search, locked, selected, has_volume: hasVolume } = registration;
     this.changed([beads, search, locked, selected, hasVolume, this.looking], () => this.render(registration));
+  }
+
+  /** Whether beads are looked for, whoever asked for it. */
+  get looking() {
+    return this.asks || this.work.shown.length > 0;
+  }
+
+  again() {
+    if (this.registration) this.update(this.registration);
   }
 
   /** @param {RegistrationSection} registration */
@@ -111,18 +128,30 @@ export class BeadsGroup {
   async find() {
     const { registration } = this;
     if (!registration) return;
-    this.looking = true;
-    this.update(registration);
+    this.asks = true;
+    this.again();
     try {
       const wish = { diameter_mm: heldNumber(this.diameter), threshold_hu: heldNumber(this.threshold) };
-      const found = await this.work.run(`/api/v1/registrations/${encodeURIComponent(registration.id)}/beads`, wish);
-      if (found === null) note("Search cancelled; beads found before stay.");
+      this.work.watch(await send(`/api/v1/registrations/${encodeURIComponent(registration.id)}/beads`, wish));
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });
     } finally {
-      this.looking = false;
-      if (this.registration) this.update(this.registration);
+      this.asks = false;
+      this.again();
     }
+  }
+
+  /**
+   * What was found stands in the registration.
+   * @param {JobEntry} job
+   * @param {unknown} error
+   */
+  ended({ document_id: of }, error) {
+    if (error && of === this.registration?.id) {
+      if (wasCancelled(error)) note("Search cancelled; beads found before stay.");
+      else note(/** @type {Error} */ (error).message, { error: true });
+    }
+    this.again();
   }
 }
 

@@ -1,16 +1,18 @@
 // Refining on a surface: points touched on bone, the refinement as a job, and what it says and does not say.
 import { fillOptions, h, whenChanged } from "/static/js/dom.js";
-import { finished } from "/static/js/jobs.js";
+import { sentence } from "/static/js/format.js";
+import { JobList } from "/static/js/job-list.js";
+import { stageWords } from "/static/js/jobs.js";
 import { note } from "/static/js/dialogs.js";
 import { heldNumber, ownNumber } from "/static/js/fields.js";
-import { remove, send, upload } from "/static/js/rest.js";
+import { remove, send, upload, wasCancelled } from "/static/js/rest.js";
 import { line, say } from "/static/js/said.js";
 import { field } from "./beads.js";
 import { RecordButton } from "./record.js";
 import { isUsable, refinementRows, touchedWords } from "./words.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
-/** @import { JobPublic, RegistrationSection, StructureEntry, TrackerView } from "/static/js/types.js" */
+/** @import { JobEntry, RegistrationSection, StructureEntry, TrackerView } from "/static/js/types.js" */
 
 const WHAT = "Touch bone over edges and several sides. The touched points are moved onto the bone of the CT. The registration has to be right within some millimetres before.";
 
@@ -19,7 +21,12 @@ export class SurfaceGroup {
   constructor(connection) {
     this.connection = connection;
     this.changed = whenChanged();
-    this.busy = ""; // what goes on, in words
+    this.busy = ""; // what this window waits for, in words
+    this.work = new JobList((job, error) => this.ended(job, error), {
+      holds: ({ kind, document_id: of }) => kind === "refinement" && of === this.registration?.id,
+      words: (job) => sentence(stageWords(job)),
+      begun: () => queueMicrotask(() => this.again()),
+    });
     /** @type {RegistrationSection | undefined} */
     this.registration = undefined;
     /** @type {TrackerView | null} */
@@ -42,7 +49,7 @@ export class SurfaceGroup {
     this.element = h("div", { class: "fields" }, line(WHAT),
       h("div", { class: "field" }, h("label", { class: "field-label", for: "surface-structure" }, "Touched structure"), this.structure),
       this.record.element, h("div", { class: "buttons even" }, this.touchButton, this.tableButton), this.options, this.state,
-      this.refineButton, this.figures, this.warning, this.forgetButton, this.chooser);
+      this.work.element, this.refineButton, this.figures, this.warning, this.forgetButton, this.chooser);
   }
 
   /**
@@ -55,8 +62,9 @@ export class SurfaceGroup {
     this.registration = registration;
     this.structures = structures;
     this.pointer = pointer ?? null;
+    if (other) this.work.again();
     const { touched, fit, locked, anatomy } = registration;
-    this.changed([registration.id, touched, fit, locked, anatomy, structures.map(({ id, name }) => [id, name]), pointer, this.busy], () => this.render(registration, structures, other));
+    this.changed([registration.id, touched, fit, locked, anatomy, structures.map(({ id, name }) => [id, name]), pointer, this.busy, this.works], () => this.render(registration, structures, other));
   }
 
   /**
@@ -66,7 +74,7 @@ export class SurfaceGroup {
    */
   render({ touched, fit, locked, anatomy }, structures, other) {
     const usable = isUsable(fit);
-    const free = !locked && !this.busy;
+    const free = !locked && !this.busy && !this.works;
     fillOptions(this.structure, [["", anatomy], ...structures.map(({ id, name }) => /** @type {[string, string]} */ ([id, name]))]);
     if (other) this.structure.value = structures.some(({ id }) => id === touched?.structure) ? touched?.structure ?? "" : "";
     const name = structures.find(({ id }) => id === touched?.structure)?.name ?? anatomy;
@@ -110,9 +118,24 @@ export class SurfaceGroup {
     if (this.registration) this.update(this.registration, this.structures ?? [], this.pointer);
   }
 
-  /** @param {JobPublic} job */
-  async watch(job) {
-    await finished(job, ({ stage }) => { this.busy = `${stage} …`; this.again(); });
+  /** Whether the surface is touched or refined on by a job, whoever began it. */
+  get works() {
+    return this.work.shown.length > 0;
+  }
+
+  /**
+   * What was made stands in the registration.
+   * @param {JobEntry} job
+   * @param {unknown} error
+   */
+  ended({ document_id: of }, error) {
+    if (error && of === this.registration?.id) note(/** @type {Error} */ (error).message, { error: !wasCancelled(error) });
+    this.again();
+  }
+
+  /** @param {JobEntry} job */
+  watch(job) {
+    this.work.watch(job); // goes on beside what is asked next
   }
 
   touch() {

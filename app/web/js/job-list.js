@@ -18,14 +18,27 @@ export function jobWords(job) {
 }
 
 /**
- * All running jobs: a reloaded page finds its own in the planner's list.
+ * Which jobs a list is about. holds: whether a job is one of them as the page is now; of another plan it goes on without
+ * being shown. words: what a row says. begun: called once before a job is first shown, whoever began it.
+ * @typedef {{ holds: (job: JobEntry) => boolean, words: (job: JobEntry) => string, begun: (job: JobEntry) => void }} About
+ */
+
+/**
+ * Running jobs of some kind, followed in place: a reloaded page, and another window, finds them in the planner's list.
  * `ended(job, error)` is called once for each when it has ended, with what it failed with or was cancelled by.
  */
 export class JobList extends EventTarget {
-  /** @param {(job: JobEntry & Partial<JobPublic>, error: unknown) => unknown} ended */
-  constructor(ended) {
+  /**
+   * @param {(job: JobEntry & Partial<JobPublic>, error: unknown) => unknown} ended
+   * @param {Partial<About>} [about] by default what a user waits for in Patient, looked for while the list is visible
+   */
+  constructor(ended, about = {}) {
     super();
     this.ended = ended;
+    this.holds = about.holds ?? ((job) => Boolean(KINDS[job.kind]));
+    this.words = about.words ?? jobWords;
+    this.begun = about.begun ?? (() => {});
+    this.always = Boolean(about.holds);
     /** @type {{ holds: (job: JobEntry) => boolean, element: HTMLElement }[]} */
     this.others = [];
     /** @type {Map<string, JobEntry>} by id, as last reported */
@@ -45,11 +58,22 @@ export class JobList extends EventTarget {
     return element;
   }
 
-  /** Find running jobs, while the list is visible or nothing is known yet. */
+  /** The jobs that are shown. */
+  get shown() {
+    return [...this.jobs.values()].filter(this.holds);
+  }
+
+  /** Find running jobs; those of Patient while the list is visible or nothing is known yet. */
   look() {
-    if (this.looked && !this.element.isConnected) return;
-    for (const job of jobWatch.items) if (KINDS[job.kind]) this.watch(job);
+    if (this.looked && !this.always && !this.element.isConnected) return;
+    for (const job of jobWatch.items) if (this.holds(job)) this.watch(job);
     this.looked = jobWatch.heard > 0;
+  }
+
+  /** What is held may be another one: find and show that. */
+  again() {
+    this.look();
+    this.render();
   }
 
   /**
@@ -58,6 +82,7 @@ export class JobList extends EventTarget {
    */
   async watch(job) {
     if (this.jobs.has(job.id)) return;
+    this.begun(job);
     this.show(job);
     /** @type {JobEntry & Partial<JobPublic>} */
     let done = job;
@@ -81,7 +106,7 @@ export class JobList extends EventTarget {
 
   /** Put every job into its list, and notify waiting code by a 'change'. */
   render() {
-    let rest = [...this.jobs.values()];
+    let rest = this.shown;
     for (const { holds, element } of this.others) {
       this.fill(element, rest.filter(holds));
       rest = rest.filter((job) => !holds(job));
@@ -98,7 +123,7 @@ export class JobList extends EventTarget {
     list.hidden = !items.length;
     keyed(list, items, (job) => job.id, (job) => this.row(job), (row, now) => {
       const [words, bar] = [row.querySelector(".words"), row.querySelector(".progress > div")];
-      if (words) words.textContent = jobWords(now);
+      if (words) words.textContent = this.words(now);
       if (bar instanceof HTMLElement) bar.style.width = `${Math.round(now.fraction * 100)}%`;
     });
   }

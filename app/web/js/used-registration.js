@@ -3,6 +3,7 @@ import { rowAt } from "./clearance-words.js";
 import { h, whenChanged } from "./dom.js";
 import { mm } from "./format.js";
 import { line } from "./said.js";
+import { isOld } from "./verdict-line.js";
 
 /** @import { PlanUseSection, VerdictView, ViewModel } from "./types.js" */
 
@@ -21,7 +22,7 @@ export class UsedRegistration {
 
   /** @param {ViewModel} state */
   update({ plan_use: use, corridor }) {
-    const verdict = corridor?.verdict ?? null;
+    const verdict = isOld(corridor) ? null : corridor?.verdict ?? null;
     this.changed([use, verdict, corridor?.words], () => {
       const lines = !use ? [] : usedWords(use, verdict, this.driven);
       const told = corridor?.status === "failed" && corridor.words === use?.words; // the dry run says it

@@ -4,7 +4,7 @@ import { fixed, sentence } from "./format.js";
 import { stageWords } from "./jobs.js";
 import { remove } from "./rest.js";
 import { draw, html, iconTemplate, nothing } from "./template.js";
-import { LEVEL_ICONS, figureWords, isOld, shortWords, unbroken } from "./verdict-line.js";
+import { LEVEL_ICONS, UPDATING, figureWords, isOld, shortWords, unbroken } from "./verdict-line.js";
 
 /** @import { Connection } from "./connection.js" */
 /** @import { EvaluationSection, FigureView, JobEntry, VerdictPart, VerdictView, ViewModel } from "./types.js" */
@@ -52,14 +52,15 @@ export class VerdictCard {
     const { verdict } = corridor;
     const old = isOld(corridor);
     const level = verdict && old ? verdict.level : corridor.level;
+    const mark = stateWords(corridor);
     return html`
       <div class=${old ? "card-body stale" : "card-body"} id="verdict" data-level=${level ?? ""}>
         <div class="card-head">
           <span class="card-icon">${iconTemplate(level ? LEVEL_ICONS[level] : "waiting")}</span>
           <div class="card-verdict"><strong class="card-word" role="status">${corridor.word || "Simulating"}<span class="visually-hidden">${spoken(corridor)}</span></strong>
-          ${short ? html`<span class="pill" id="ends-short" title="From the path's end to the nearest target">${short}</span>` : nothing}
-          <span class="card-state" id="verdict-state" title=${corridor.state_words}>${stateWords(corridor)}</span></div>
-          <button type="button" class="plain" data-tool="show-me" ?hidden=${!verdict} ?disabled=${old} title="Show the tool where the path decides"
+          ${short ? html`<span class="pill" id="ends-short" title="From the path's end to the nearest target">${short}</span>` : nothing}</div>
+          <span class="updating" id="verdict-state" title=${corridor.state_words} ?hidden=${!mark}>${mark}</span>
+          <button type="button" class="plain" data-tool="show-me" ?hidden=${!verdict || Boolean(mark)} title="Show the tool where the path decides"
             @click=${() => this.show(verdict?.show_mm ?? 0)}>Show me</button>
           <button type="button" class="icon plain" id="verdict-why" title="Why: the verdict in sentences" aria-label="Why" aria-expanded=${this.open} aria-controls="verdict-words"
             @click=${() => this.toggle()}>?</button>
@@ -162,9 +163,11 @@ function spoken({ verdict, state }) {
   return `: ${verdict.figures.map(figureWords).join(", ")}`;
 }
 
-/** @param {EvaluationSection} corridor */
-function stateWords({ state, status, verdict }) {
-  if (state === "waits") return verdict ? "updating …" : "";
-  if (state === "drag" || state === "drag_waits") return "while you drag";
-  return status === "failed" && verdict ? "failed" : "";
+/**
+ * What stands in the place of 'Show me' while the verdict is not that of the path.
+ * @param {EvaluationSection} corridor
+ */
+function stateWords({ state, verdict }) {
+  if (state === "waits") return verdict ? UPDATING : "";
+  return state === "drag" || state === "drag_waits" ? "while you drag" : "";
 }

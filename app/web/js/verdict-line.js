@@ -7,8 +7,10 @@ import { fixed, mm } from "./format.js";
 /** @type {Record<NonNullable<EvaluationSection["level"]>, keyof typeof ICONS>} */
 export const LEVEL_ICONS = { fits: "fits", tight: "tight", unknown: "unknown", blocked: "blocked", pierces: "blocked" };
 
+export const UPDATING = "updating"; // beside everything that is of an earlier path, and dimmed
+
 /**
- * Whether the verdict and plot are of an earlier path, or of an earlier place of the hand that drags a point.
+ * Whether the verdict, plot and all figures of them are of an earlier path, or of an earlier place of the hand that drags a point.
  * @param {EvaluationSection | null | undefined} corridor
  */
 export function isOld(corridor) {
@@ -40,6 +42,7 @@ export function shortWords(short) {
 export function verdictLine(corridor) {
   if (!corridor || corridor.status === "none") return { words: "", mark: "" };
   const { level, word, verdict } = corridor;
+  if (isOld(corridor) && verdict) return { words: UPDATING, mark: "" };
   if (!level || isOld(corridor)) return { words: "Simulating …", mark: "" };
   const [worst] = verdict?.figures ?? [];
   const stops = worst?.level === "blocked" && worst.whole_mm === null; // its name is what there is to say

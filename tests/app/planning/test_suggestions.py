@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import math
 import re
+import threading
 import time
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from types import SimpleNamespace
 from typing import Any
 from xml.etree import ElementTree
@@ -28,6 +29,7 @@ from app.planning.verdict_figures import verdict_figures
 from app.plans.model import PlanContent, PlanPoint
 from app.plans.paths import PlanPath
 from app.plans.service import Plan
+from app.plans.shipped_head import SAMPLE_PLAN
 from app.services import Services
 from benchmarks.piercing import pierced_by
 from vfix_engine.errors import PlanError
@@ -186,6 +188,35 @@ def test_a_suggestion_can_be_cancelled(client: Client, plan: Plan) -> None:
     job = client.post(f"/api/v1/plans/{plan.id}/suggestions", json={"target": (3.0, 64.0, -3.5)}).json()
     client.delete(f"/api/v1/jobs/{job['id']}")
     assert waited(client, job)["state"] == "cancelled"
+
+
+def test_no_search_keeps_the_verdict_on_a_path_waiting(
+    phantom_services: Services, plan: Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, go = threading.Event(), threading.Event()
+
+    def held(*arguments: Any) -> Suggestion:
+        begun.set()
+        while not go.wait(0.005):
+            arguments[-1]("Searching", 0.5)
+        return Suggestion((), None)
+
+    monkeypatch.setattr(suggestions_module, "suggest_path", held)
+    jobs, shown = phantom_services.jobs, phantom_services.plans.get(SAMPLE_PLAN)
+    search = phantom_services.suggestions.start(plan)
+    tools = phantom_services.suggestions.start_tools(shown)
+    other = replace(shown, content=shown.content.with_points(shown.content.points[:2]))  # not evaluated before
+    assert begun.wait(400)
+    verdict = phantom_services.dry_runs.start(other)
+    try:
+        assert jobs.wait(verdict.id, 400).state == "done"
+        assert (jobs.get(search.id).state, jobs.get(tools.id).state) == ("running", "queued"), (
+            "one search after another"
+        )
+    finally:
+        go.set()
+        jobs.cancel(tools.id)
+        jobs.wait(search.id)
 
 
 def test_both_ends_are_needed(client: Client, phantom_services: Services) -> None:

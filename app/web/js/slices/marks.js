@@ -1,6 +1,7 @@
 // What is drawn over a slice as SVG, in CSS pixels of the view: crosshair, path, points, targets, measures.
 import { svg } from "../dom.js";
 import { cutNear } from "../near-plane.js";
+import { isOld } from "../verdict-line.js";
 import { measureWords } from "./measures.js";
 import { reachedMm, splitAt } from "./reached.js";
 /** @import { PlaceNear } from "../near-plane.js" */
@@ -48,7 +49,7 @@ export function marksOf(port, state, cross, measures) {
   for (const mark of state.fiducials?.items ?? []) marks.push(...drawnFiducial(project, mark));
   if (!driven) for (const place of state.regions?.drawing?.places ?? []) marks.push(drawnMark(project(place), "slice-point drawing", false, 0.9));
   if (!driven && plan?.ghost) marks.push(drawnMark(project(plan.ghost.position), "slice-point ghost", false, 1.3));
-  const pierced = driven ? null : state.corridor?.verdict?.pierced;
+  const pierced = driven || isOld(state.corridor) ? null : state.corridor?.verdict?.pierced;
   if (pierced) line([pierced.begin, pierced.end], "slice-pierced");
   if (state.step?.input === "drive") for (const segment of state.tool?.segments ?? []) line(segment, "slice-tool");
   for (const measure of measures) marks.push(...drawnMeasure(measure, project));
