@@ -2,6 +2,7 @@
 import { h } from "/static/js/dom.js";
 import { DEVICES, HandDevices } from "/static/js/devices/hand-devices.js";
 import { draw, hintLine, html, nothing, titled } from "/static/js/template.js";
+import { isFree } from "./modes.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
 /** @import { DeviceKind } from "/static/js/devices/hand-devices.js" */
@@ -82,7 +83,7 @@ export class DeviceMenu {
     if (source && !watched) return `${source.name} drives once this window holds the handle.`;
     if (isAskew) return "Let go of it once, then it drives.";
     if (source) return source.name;
-    const free = this.connection.state.rehearsal?.control?.mode === "freehand";
+    const free = isFree(this.connection.state.rehearsal);
     return kind === "keys" ? "Hold a key." : free ? "Drag the sphere; with Shift it turns the tool." : "Drag the sphere on the shaft.";
   }
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from vfix_engine.runtime.control_mode import FREEHAND, HANDS_ON, ControlMode
-
 
 def rehearse_hint(
     points: int,
@@ -16,16 +14,17 @@ def rehearse_hint(
     changed: bool,
     doubtful: bool = False,
     blocked: str = "",
-    control: ControlMode = HANDS_ON,
+    certified: bool = True,
 ) -> str:
     """free: no client holds the handle. changed: the plan differs from the driven one. targets: of the driven one.
 
     blocked: why the robot is not driven with the registration by which it was placed, '' where it is.
-    control: control mode. mode, phase: of the newest snapshot. doubtful: the verdict of the path is not that it fits.
+    certified: False of a tool in a free hand. mode, phase: of the newest snapshot. doubtful: the verdict of the path is
+    not that it fits.
     """
     if points < 2:
         return "The path needs two points. Go to Plan."
-    if control == FREEHAND and (words := _freehand_hint(state, mine, free)):
+    if not certified and (words := _freehand_hint(state, mine, free)):
         return words
     if state == "absent":
         return "Press Start: the robot is placed at the entry."

@@ -1,5 +1,6 @@
 // What the status bar says of the tool: that a free hand has no certificate, force, tip error, clearance, target, and what holds it.
 import { holdingWords, reading } from "/static/js/status.js";
+import { isFree } from "./modes.js";
 
 /** @import { RehearsalSection, ViewModel } from "/static/js/types.js" */
 
@@ -22,7 +23,7 @@ export class RehearsalStatus {
   update({ rehearsal }) {
     /** @type {Partial<RehearsalSection>} */
     const now = rehearsal ?? {};
-    this.mode.element.hidden = now.control?.mode !== "freehand";
+    this.mode.element.hidden = !isFree(now);
     this.force.set(now.force_n, 2, "N");
     this.tip.set(now.mode === "path" ? now.tip_error_mm : null, 1, "mm");
     this.clearance.set(now.clearance_mm, 2, "mm", now.clearance_capped ? "≥ " : "");

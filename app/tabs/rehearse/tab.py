@@ -22,12 +22,19 @@ from app.tabs.rehearse.options import CentrePlaces, options_section, place_of
 from app.tabs.rehearse.sections import NearnessView, OptionsSection, RehearsalSection
 from app.tabs.rehearse.tool_snapshot import ToolSnapshot
 from app.tabs.rehearse.truth import LiveTruth, known_error
-from app.tabs.rehearse.view import details_section, nearness_section, rehearsal_section, settings_section, tool_section
+from app.tabs.rehearse.view import (
+    details_section,
+    is_certified,
+    nearness_section,
+    rehearsal_section,
+    settings_section,
+    tool_section,
+)
 from app.workspace.layers import Layer
 from app.workspace.plan_items import curve_layer, curve_section, entries, items_layer, plan_items
 from app.workspace.workspace import Workspace
 from vfix_engine.control import ControlSettings
-from vfix_engine.errors import ControlError, PlanError
+from vfix_engine.errors import ControlError, PlanError, VfixError
 from vfix_engine.robots import PlacedRobot
 from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.requests import SetTask
@@ -105,15 +112,21 @@ class RehearseTab(RehearsalSession):
         drive, now = self.need_drive(), self.read()
         if not (now.may_instruct if now.state == "ready" else now.may_prepare):
             raise ControlError(NOT_HELD)
-        before, control = (drive.control.mode == FREEHAND, drive.preset), Control(command.mode, command.device)
+        before, preset, control = drive.control, drive.preset, Control(command.mode, command.device)
         drive.choose(control, command.preset)
-        if before != (control.mode == FREEHAND, command.preset):
-            if now.state != "absent":
-                self._run_when_ready = False
-                self.open(drive)
-        elif now.state == "ready" and control.mode != FREEHAND:
-            drive.change_control(self.client, control)
-        self.read()
+        now = self.read()  # what came before the choice was made is told it here, what comes later begins with it
+        try:
+            if (before.mode == FREEHAND, preset) != (control.mode == FREEHAND, command.preset):
+                if now.state != "absent":
+                    self._run_when_ready = False
+                    self.open(drive)
+            elif now.state in ("ready", "silent") and control.mode != FREEHAND:
+                drive.change_control(self.client, control)
+        except VfixError:
+            drive.choose(before, preset)  # what stands there goes on as it was
+            raise
+        finally:
+            self.read()
 
     def start(self, drive: RehearsalDrive) -> None:
         """Never by a registration that is not the plan's any more: at the entry the robot is placed anew, else it
@@ -194,7 +207,7 @@ class RehearseTab(RehearsalSession):
         blocked = self._withdrawn(now) if self._changed else ""
         state, changed = now.shown_state, self._changed
         return rehearse_hint(
-            points, state, now.mine, free, mode, phase, targets, changed, doubtful, blocked, now.control.mode
+            points, state, now.mine, free, mode, phase, targets, changed, doubtful, blocked, is_certified(now)
         )
 
     def _other_margin(self, now: RehearsalRecord) -> bool:
@@ -217,8 +230,7 @@ class RehearseTab(RehearsalSession):
     def sections(self) -> Sections:
         """The :class:`RehearsalSections`."""
         now, driven, snapshot = self.now, self.driven, self.now.snapshot
-        certified = now.control.mode != FREEHAND
-        settings = _settings(now), now.answered, now.refusal, self._uncertainty, certified
+        settings = _settings(now), now.answered, now.refusal, self._uncertainty, is_certified(now)
         sections: dict[str, Section[object]] = {
             "rehearsal": Section((*self.drive_key(), self._changed), lambda: self._rehearsal(now)),
             "driven": Section(Same(driven), lambda: None if driven is None else entries(driven.items)),
@@ -241,7 +253,7 @@ class RehearseTab(RehearsalSession):
 
     def _nearness(self, now: RehearsalRecord) -> Section[list[NearnessView]]:
         snapshot = now.snapshot
-        margin = 0.0 if now.control.mode == FREEHAND else _settings(now).kept_mm
+        margin = _settings(now).kept_mm if is_certified(now) else 0.0
         zones = () if now.prepared is None else now.prepared.protected
         return Section((Same(snapshot), Same(zones), margin), lambda: nearness_section(snapshot, zones, margin))
 
