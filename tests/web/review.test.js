@@ -42,6 +42,16 @@ test("series over time share an axis, and end where their run does", () => {
   assert.equal(speeds({ ...SERIES, joints: [], speed: [] })[0].name, "Tip");
 });
 
+test("a value over time is made once of each run, however many samples there are", () => {
+  let made = 0;
+  const long = { ...SERIES, t_s: [...Array(20_000).keys()] };
+  overTime([long, SERIES], (/** @type {any} */ one) => {
+    made += 1;
+    return one.t_s;
+  });
+  assert.equal(made, 2);
+});
+
 test("pairs are plans driven in both modes, and have an interval from three on", () => {
   const run = (/** @type {string} */ id, /** @type {string} */ mode, /** @type {string | null} */ plan, completed = true) => /** @type {any} */ ({ id, mode, plan_id: plan, score: { completed, certified: mode !== "freehand", time_s: 1, error_mm: 0.01, contacts: 0 } });
   const runs = [run("a", "hands-on", "p"), run("b", "freehand", "p"), run("c", "freehand", "p"), run("d", "hands-on", "q"), run("e", "freehand", "q", false), run("f", "hands-on", null), run("g", "freehand", null)];
