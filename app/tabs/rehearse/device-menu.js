@@ -30,7 +30,8 @@ export class DeviceMenu {
     this.connection = connection;
     this.keys = keys;
     this.devices = new HandDevices(keys, (axes) => connection.send("rate", { axes }));
-    this.asked = ""; // of the planner, for the device that is chosen
+    this.owed = false; // the planner is to be told which kind of device was chosen
+    this.led = false; // a teleoperated tool is led by this window
     this.devices.addEventListener("change", () => this.render());
     this.devices.addEventListener("axes", () => this.showAxes());
     this.element = h("div", { class: "group", id: "devices" });
@@ -43,7 +44,7 @@ export class DeviceMenu {
     const { step, rehearsal } = state;
     const held = step?.name === "rehearse" && Boolean(rehearsal?.mine);
     this.devices.follow(held, held && rehearsal?.state === "running");
-    if (held) this.tell(state);
+    if (step?.name === "rehearse") this.tell(state);
     this.showAxes();
   }
 
@@ -51,7 +52,7 @@ export class DeviceMenu {
     const { devices } = this;
     this.words = this.wordsNow;
     const choice = (/** @type {DeviceKind} */ kind) => html`<button type="button" data-device=${kind} aria-pressed=${String(kind === devices.kind)}
-      @click=${() => devices.choose(kind)}>${NAMES[kind]}</button>`;
+      @click=${() => this.choose(kind)}>${NAMES[kind]}</button>`;
     const rows = AXES[devices.kind].map(([what, by]) => html`<li class="axis"><span>${what}</span><span class="axis-bar" aria-hidden="true"><i></i></span><span class="axis-by">${by}</span></li>`);
     const ask = devices.kind === "space-mouse" && devices.spaceMouse.askable;
     draw(this.element, titled("Device", null, html`
@@ -62,19 +63,25 @@ export class DeviceMenu {
     this.showAxes();
   }
 
+  /** @param {DeviceKind} kind */
+  choose(kind) {
+    this.owed = true;
+    this.devices.choose(kind);
+  }
+
   /**
-   * A teleoperated tool is led by a position or by a rate: whichever the chosen device has.
+   * A teleoperated tool is led by a position or by a rate: a device that is chosen brings its own along, and one that is
+   * read knows no other. With mouse and keys both can be had.
    * @param {ViewModel} state
    */
   tell({ rehearsal }) {
-    if (!rehearsal?.mine || rehearsal.control?.mode !== "teleoperated") return;
+    const led = Boolean(rehearsal?.mine) && rehearsal?.control?.mode === "teleoperated", begins = led && !this.led;
+    this.led = led;
+    if (!rehearsal || !led || !(this.owed || (begins && this.devices.source))) return;
+    this.owed = false;
     const device = this.devices.source ? "rate" : "position";
-    if (rehearsal.control.device === device) this.asked = "";
-    else if (this.asked !== device) {
-      this.asked = device;
-      const preset = /** @type {Commands["rehearsal.control"]["preset"]} */ (rehearsal.control.preset);
-      this.connection.send("rehearsal.control", { mode: "teleoperated", device, preset });
-    }
+    const preset = /** @type {Commands["rehearsal.control"]["preset"]} */ (rehearsal.control.preset);
+    if (rehearsal.control.device !== device) this.connection.send("rehearsal.control", { mode: "teleoperated", device, preset });
   }
 
   get wordsNow() {
