@@ -59,3 +59,55 @@ test("a device that is chosen brings its kind along, once it drives a teleoperat
   menu.update(state);
   assert.deepEqual(asked(), [["rehearsal.control", "position"]]);
 });
+
+/** The gamepad is chosen, was at rest, and is deflected. */
+function deflected() {
+  const now = station("rate");
+  now.menu.choose("gamepad");
+  now.menu.update(now.state);
+  now.frame();
+  pad.axes = [1, 0, 0, 0];
+  now.frame();
+  assert.deepEqual(now.sent().map(([type, { axes }]) => [type, axes[0]]), [["rate", 1]]);
+  return now;
+}
+
+test("a device is released and not read any more once another tab is shown, or the line is lost", () => {
+  const other = ({ state, says }) => { state.step = { name: "review", input: "none" }; says(); };
+  const lost = ({ connection, menu, state }) => {
+    connection.connected = false;
+    connection.dispatchEvent(new CustomEvent("link", { detail: { connected: false } }));
+    menu.update(state); // the page draws what it knew last
+  };
+  for (const end of [other, lost]) {
+    const now = deflected();
+    end(now);
+    assert.deepEqual(now.sent().map(([, { axes }]) => axes[0]), [0], "it lets go at once");
+    for (const across of [0, 1]) {
+      pad.axes = [across, 0, 0, 0];
+      now.frame();
+    }
+    assert.deepEqual(now.sent(), []);
+    assert.equal(frames.length, 0, "nor is it polled");
+    pad.axes = [0, 0, 0, 0];
+  }
+});
+
+test("a window without the focus, or hidden, is driven by no device, which has to come to rest before it drives again", () => {
+  for (const away of [{ hasFocus: () => false }, { hidden: true }]) {
+    const now = deflected();
+    Object.assign(document, away);
+    const drive = () => { for (const across of [0, 1]) { pad.axes = [across, 0, 0, 0]; now.frame(); } };
+    drive();
+    assert.deepEqual(now.sent().map(([, { axes }]) => axes[0]), [0]);
+    drive();
+    assert.deepEqual(now.sent(), []);
+    assert.match(now.menu.wordsNow, /once this window has the focus/);
+    Object.assign(document, { hasFocus: () => true, hidden: false });
+    now.frame();
+    assert.deepEqual(now.sent(), [], "askew since it was elsewhere");
+    drive();
+    assert.deepEqual(now.sent().map(([, { axes }]) => axes[0]), [1]);
+    pad.axes = [0, 0, 0, 0];
+  }
+});

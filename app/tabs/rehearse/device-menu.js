@@ -22,7 +22,7 @@ const AXES = {
   gamepad: ACROSS.map((what, axis) => [what, STICKS[axis]]),
   "space-mouse": ACROSS.map((what, axis) => [what, CAP[axis]]),
 };
-const HELP = "Directions are those of the endoscope’s picture. Keys drive whatever is chosen here. A device drives while this window holds the handle and the robot runs.";
+const HELP = "Directions are those of the endoscope’s picture. Keys drive whatever is chosen here. A device drives while this window has the focus, holds the handle, and the robot runs.";
 
 export class DeviceMenu {
   /** @param {Parts} parts */
@@ -32,6 +32,8 @@ export class DeviceMenu {
     this.devices = new HandDevices(keys, (axes) => connection.send("rate", { axes }));
     this.owed = false; // the planner is to be told which kind of device was chosen
     this.led = false; // a teleoperated tool is led by this window
+    connection.on("state", ({ state }) => this.follow(state)); // also while another tab is shown
+    connection.on("link", () => this.follow(connection.state));
     this.devices.addEventListener("change", () => this.render());
     this.devices.addEventListener("axes", () => this.showAxes());
     this.element = h("div", { class: "group", id: "devices" });
@@ -41,11 +43,15 @@ export class DeviceMenu {
 
   /** @param {ViewModel} state */
   update(state) {
-    const { step, rehearsal } = state;
-    const held = step?.name === "rehearse" && Boolean(rehearsal?.mine);
-    this.devices.follow(held, held && rehearsal?.state === "running");
-    if (step?.name === "rehearse") this.tell(state);
+    this.follow(state);
+    this.tell(state);
     this.showAxes();
+  }
+
+  /** @param {ViewModel} state */
+  follow({ step, rehearsal }) {
+    const held = this.connection.connected && step?.name === "rehearse" && Boolean(rehearsal?.mine);
+    this.devices.follow(held, held && rehearsal?.state === "running");
   }
 
   render() {
@@ -85,9 +91,10 @@ export class DeviceMenu {
   }
 
   get wordsNow() {
-    const { source, kind, watched, isAskew } = this.devices;
+    const { source, kind, watched, isAway, isAskew } = this.devices;
     if (source?.trouble) return source.trouble;
     if (source && !watched) return `${source.name} drives once this window holds the handle.`;
+    if (source && isAway) return `${source.name} drives once this window has the focus.`;
     if (isAskew) return "Let go of it once, then it drives.";
     if (source) return source.name;
     const free = isFree(this.connection.state.rehearsal);
