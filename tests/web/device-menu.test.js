@@ -1,8 +1,7 @@
 // The menu of devices: what it asks of the planner for the device that is chosen, and when a device is not read.
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
-import { noted } from "./page.js";
-import { layOutElements } from "./panels.js";
+import { connectionOf, layOutElements } from "./panels.js";
 
 const { document } = layOutElements();
 const frames = [];
@@ -15,11 +14,9 @@ const { DeviceMenu } = await import("../../app/tabs/rehearse/device-menu.js");
 function station(device = "position") {
   const control = { mode: "teleoperated", device, preset: null, certified: true };
   const state = { step: { name: "rehearse", input: "drive" }, rehearsal: { state: "running", mine: true, control } };
-  const connection = Object.assign(new EventTarget(), noted(state), { on(name, listener) { connection.addEventListener(name, ({ detail }) => listener(detail)); } });
-  const sent = () => connection.sent.splice(0);
-  connection.send = (type, fields) => connection.sent.push([type, fields]);
+  const connection = connectionOf(state), sent = () => connection.sent.splice(0);
   const menu = new DeviceMenu({ connection, keys: { hold() {}, directions: { drive: 0, twist: 0 } } });
-  const says = () => connection.dispatchEvent(new CustomEvent("state", { detail: { state, changed: [] } }));
+  const says = () => connection.tell("state", { state, changed: [] });
   const frame = () => { for (const draw of frames.splice(0)) draw(performance.now()); };
   menu.update(state);
   return { menu, state, control, sent, says, frame, connection };
@@ -76,7 +73,7 @@ test("a device is released and not read any more once another tab is shown, or t
   const other = ({ state, says }) => { state.step = { name: "review", input: "none" }; says(); };
   const lost = ({ connection, menu, state }) => {
     connection.connected = false;
-    connection.dispatchEvent(new CustomEvent("link", { detail: { connected: false } }));
+    connection.tell("link", { connected: false });
     menu.update(state); // the page draws what it knew last
   };
   for (const end of [other, lost]) {

@@ -1,10 +1,11 @@
 // Lets panels be imported as the page does, by the addresses of its server, and gives them elements that they can fill.
 import { register } from "node:module";
-import { layOutPage } from "./page.js";
+import { layOutPage, noted } from "./page.js";
 
 const WEB = new URL("../../app/web/", import.meta.url).href, TEMPLATES = new URL("./templates.js", import.meta.url).href;
 const RESOLVER = `export function resolve(name, context, next) {
   if (name.startsWith("/static/lib/lit-html/")) return next(${JSON.stringify(TEMPLATES)}, context);
+  if (name.startsWith("/static/lib/uplot/")) return { url: "data:text/javascript,export default class {}", shortCircuit: true };
   return next(name.startsWith("/static/") ? ${JSON.stringify(WEB)} + name.slice("/static/".length) : name, context);
 }`;
 register(`data:text/javascript,${encodeURIComponent(RESOLVER)}`);
@@ -48,9 +49,19 @@ export class FakeElement extends EventTarget {
 
   querySelectorAll() { return []; }
 
+  closest() { return null; }
+
   querySelector() { return null; }
 
   scrollIntoView() {}
+}
+
+/** Lets the page's connection be a double: what the planner says is said by `tell`, what is sent to it is noted. */
+export function connectionOf(state) {
+  const connection = Object.assign(new EventTarget(), noted(state), { on(name, listener) { connection.addEventListener(name, ({ detail }) => listener(detail)); } });
+  connection.send = (type, fields) => connection.sent.push(fields === undefined ? [type] : [type, fields]);
+  connection.tell = (name, detail) => connection.dispatchEvent(new CustomEvent(name, { detail }));
+  return connection;
 }
 
 /** A page with elements; `window` and `document` are globals then, as the rest that panels name. */
