@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from rest_client import Client, opened_client
 
-from app.drives.run_scores import FILE
+from app.drives.run_scores import FILE, RunScores
 from app.services import Services, build_services
 from app.settings import Settings
 from vfix_engine.runtime.run import Run
@@ -75,10 +75,12 @@ def test_a_run_is_scored_once_and_its_series_are_downloaded(services: Services) 
     services.sweep()
     kept = services.store.derived.path(key, FILE)
     assert kept is not None
-    kept.write_text("{", encoding="utf-8")
-    assert type(services.run_scores)(services.store, services.runs).of(rigid["id"]) == services.run_scores.of(
-        rigid["id"]
-    )
+    changed = kept.read_text(encoding="utf-8").replace('"contacts": 0', '"contacts": "none"')
+    for damage in ("{", "[]", "{}", '"x"', "null", '{"score": {}, "sha256": ""}', changed):
+        kept.write_text(damage, encoding="utf-8")
+        assert RunScores(services.store, services.runs).known(services.runs.get(rigid["id"])) is None, damage
+    anew = RunScores(services.store, services.runs).of(rigid["id"])
+    assert anew == services.run_scores.of(rigid["id"])
     assert client.delete(path).status_code == 204
     services.sweep()
     assert services.store.derived.path(key, FILE) is None
