@@ -21,7 +21,7 @@ from app.tabs.rehearse.hints import rehearse_hint
 from app.tabs.rehearse.options import CentrePlaces, options_section, place_of
 from app.tabs.rehearse.sections import NearnessView, OptionsSection, RehearsalSection
 from app.tabs.rehearse.tool_snapshot import ToolSnapshot
-from app.tabs.rehearse.truth import LiveTruth, known_error
+from app.tabs.rehearse.truth import LiveTruth
 from app.tabs.rehearse.view import (
     details_section,
     is_certified,
@@ -223,7 +223,7 @@ class RehearseTab(RehearsalSession):
 
     def refresh(self) -> None:
         self._compare(self.read())
-        self.truth.known = known_error(self._services, self.workspace.plan.current)
+        self.truth.know(self._services, self.workspace.plan.current)
         if self.active or self.wanted.remote_centre:
             self._centre.ask(self.workspace.plan.current)
 
