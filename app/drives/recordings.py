@@ -52,6 +52,7 @@ class Recording:
                 lane=f"run {self.folder}",
                 case_id=self.case_id,
                 subject=self.subject,
+                document_id=self.document_id,
             )
         except PlannerEnds:
             return  # a drive that ends after the planner has no folder any more
