@@ -217,7 +217,10 @@ export default class RehearsePanel {
     this.fieldWords.hidden = !refused;
     say(this.marginWarning, settings?.warning ? `${settings.warning}.` : "");
     this.marginWarning.hidden = !settings?.warning;
-    if (this.sliders.size !== fields.length) this.fields.replaceChildren(...fields.map((field) => this.field(field)));
+    if (String([...this.sliders.keys()]) !== String(fields.map(({ name }) => name))) {
+      this.sliders.clear();
+      this.fields.replaceChildren(...fields.map((field) => this.field(field)));
+    }
     for (const field of fields) {
       const slider = this.sliders.get(field.name);
       if (!slider) continue;
