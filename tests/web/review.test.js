@@ -1,10 +1,15 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { errorAlongPath, leastClearance, overTime, sampleAt, segmentsAt, speeds, timeAlong, tipSpeed } from "../../app/tabs/review/curves.js";
+import { layOutElements } from "./panels.js";
 import { paired, pairsOf } from "../../app/tabs/review/pairs.js";
 import { signed } from "../../app/web/js/format.js";
 import { duration, isUncertified, lastOf, millimetres, otherModes } from "../../app/web/js/runs.js";
 import { capsule, tube } from "../../app/web/js/scene-layer/round-meshes.js";
+
+layOutElements();
+const { contentsOf } = await import("../../app/tabs/review/plots.js");
+const { CompareTable, FIGURES } = await import("../../app/tabs/review/compare.js");
 
 /** @type {any} */
 const SERIES = {
@@ -87,4 +92,12 @@ test("a capsule has its radius about its axis, a tube about its way", () => {
   assert.equal(bent.positions.length / 18, 3, "places that are too near are one");
   assert.ok([...bent.positions].every(Number.isFinite));
   assert.equal(tube([], 0.3).indices.length, 0);
+});
+
+test("in plots and in the table a run says how it was driven, and that a distance is at least that", () => {
+  const free = { ...SERIES, mode: "freehand", certified: false };
+  assert.deepEqual(contentsOf(SERIES, free)[0].lines.map(({ name, caution }) => [name, caution]), [["Hands-on", undefined], ["Beside: Freehand", "without the certificate"]]);
+  const scored = [0.5, 3].map((clearance) => /** @type {any} */ ({ run: {}, score: { least_clearance_mm: { bone: clearance }, reach_mm: 3 } }));
+  const row = new CompareTable().row(/** @type {any} */ (FIGURES.find(({ name }) => name.startsWith("Nearest"))), scored);
+  assert.match(String(row), /<td class="number">0.50<.*<td class="number">≥ 3.00</);
 });

@@ -40,6 +40,9 @@ from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.requests import SetTask
 from vfix_engine.worlds.freehand.snapshot import FreehandSnapshot
 
+UNCERTIFIED = f"{FREEHAND}, without the certificate"  # as others are told who follow the tool (HAZ-41)
+NEAR_S = 1.0 / 15.0  # between two poses whose distances to protected structures are measured
+
 
 class RehearseTab(RehearsalSession):
     """Owned by the session's thread; only :attr:`drive` is read from others."""
@@ -52,6 +55,7 @@ class RehearseTab(RehearsalSession):
         self._centre = CentrePlaces(workspace.services, workspace.executor, workspace.post)
         self._told_of: ToolSnapshot | None = None  # the pose that others were told last
         self.truth = LiveTruth()
+        self._near: ToolSnapshot | None = None  # the pose whose distances to structures are shown
         self._told = NO_OPTIONS  # the options as they were when everything was published last
 
     # -- entering and leaving the tab
@@ -179,7 +183,7 @@ class RehearseTab(RehearsalSession):
                 pose[:3, :3], pose[:3, 3] = snapshot.rotation, snapshot.tip
             elif robot is not None:
                 pose[:3, :3], pose[:3, 3] = robot.tip_pose(snapshot.q)
-            self._services.live.show_tool(pose)
+            self._services.live.show_tool(pose, now.control.mode if is_certified(now) else UNCERTIFIED)
 
     def run_when_ready(self, drive: RehearsalDrive) -> None:
         """A robot that came with other options comes again; one whose registration has changed stays."""
@@ -252,7 +256,11 @@ class RehearseTab(RehearsalSession):
         return section
 
     def _nearness(self, now: RehearsalRecord) -> Section[list[NearnessView]]:
-        snapshot = now.snapshot
+        """Only while it is in sight, and of a tool that runs fifteen times a second: it takes milliseconds each."""
+        before, snapshot = self._near, now.snapshot if self.active else None
+        if before is not None and snapshot is not None and snapshot.running:
+            snapshot = before if 0.0 <= snapshot.t - before.t < NEAR_S else snapshot
+        self._near = snapshot
         margin = _settings(now).kept_mm if is_certified(now) else 0.0
         zones = () if now.prepared is None else now.prepared.protected
         return Section((Same(snapshot), Same(zones), margin), lambda: nearness_section(snapshot, zones, margin))

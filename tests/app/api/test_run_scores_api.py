@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import tarfile
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from rest_client import Client, opened_client
 
+from app.api.run_scores import report_name
 from app.drives.run_scores import FILE, RunScores
 from app.services import Services, build_services
 from app.settings import Settings
@@ -67,7 +69,11 @@ def test_a_run_is_scored_once_and_its_series_are_downloaded(services: Services) 
 
     page = client.get(f"{path}/report", params={"beside": rigid["id"]})
     assert page.headers["content-type"].startswith("text/html")
-    assert f'filename="{rigid["id"]}.html"' in page.headers["content-disposition"]
+    assert f'filename="{rigid["id"]}-hands-on.html"' in page.headers["content-disposition"]
+    free = replace(services.runs.get(rigid["id"]), manifest={"world": "freehand", "mode": "freehand"})
+    assert report_name(free).endswith("-freehand-without-certificate.html"), "HAZ-41"
+    odd = replace(free, manifest={"world": "freehand", "mode": 'a"\r\nb'})
+    assert report_name(odd).endswith("-a-b-without-certificate.html")
     assert "Not for clinical use" in page.text
     assert client.get(f"{path}/report", params={"beside": snake["id"]}).status_code == 422
 

@@ -18,6 +18,7 @@ from app.plans.operations.points import DeletePoint
 from app.plans.service import Plan
 from app.services import Services
 from app.tabs.rehearse import commands as c
+from app.tabs.rehearse import tab as tab_module
 from app.tabs.rehearse.drive_nodes import DriveNodes
 from app.tabs.rehearse.preparation import PreparedRehearsal, prepare
 from app.tabs.rehearse.tab import RehearseTab
@@ -200,6 +201,35 @@ def test_a_free_hand_has_no_robot_and_keeps_no_margin(
     assert contact["structure"] == "bone"
     assert contact["depth_mm"] > 0.1
     assert shown["holding"].startswith("Touches: the ")
+
+
+def test_distances_to_structures_are_measured_in_sight_alone_and_not_of_every_snapshot(
+    tab: RehearseTab, free: PreparedRehearsal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system, measured = free.spec.build(), list[float]()
+    still: Any = system.snapshot(system.start())  # type: ignore[arg-type]
+
+    def measure(snapshot: Any, *_: object) -> list[Any]:
+        measured.extend([] if snapshot is None else [snapshot.t])
+        return []
+
+    monkeypatch.setattr(tab_module, "nearness_section", measure)
+    robot, drive = Placed(), tab.need_drive()
+    put_in_place(drive, robot, _plan(tab))
+
+    def show(*times: float, running: bool = True) -> list[float]:
+        measured.clear()
+        for t in times:
+            robot.shown = replace(still, t=t, running=running)
+            tab.tick()
+            sections_of(tab)
+        return list(dict.fromkeys(measured))
+
+    assert show(*(0.02 * n for n in range(10))) == pytest.approx([0.0, 0.08, 0.16])
+    assert show(0.19, running=False) == [0.19], "where it stands is told at once"
+    assert show(0.0) == [0.0], "after a reset too"
+    tab.active = False
+    assert show(1.0, 2.0) == []
 
 
 def test_the_nodes_of_a_drive_without_a_robot_are_the_tool_and_the_hand(free: PreparedRehearsal) -> None:
