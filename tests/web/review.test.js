@@ -94,6 +94,13 @@ test("a capsule has its radius about its axis, a tube about its way", () => {
   assert.equal(tube([], 0.3).indices.length, 0);
 });
 
+test("a difference of two modes says of how many plans it is", () => {
+  const run = (/** @type {string} */ mode, /** @type {number} */ plan) => /** @type {any} */ ({ id: `${mode} ${plan}`, mode, plan_id: `${plan}`, score: { completed: true, certified: true, time_s: plan, error_mm: plan < 3 ? 0.01 * plan : null } });
+  const runs = [0, 1, 2, 3].flatMap((plan) => [run("hands-on", plan), run("teleoperated", plan)]);
+  const line = String(new CompareTable().pairs([{ run: runs[0], score: /** @type {any} */ ({}) }, { run: runs[1], score: /** @type {any} */ ({}) }], runs));
+  assert.match(line, /Time 0.0 ± 0.0 s of 4 plans; Tip error, mean 0.000 ± 0.000 mm of 3 plans driven both ways/);
+});
+
 test("in plots and in the table a run says how it was driven, and that a distance is at least that", () => {
   const free = { ...SERIES, mode: "freehand", certified: false };
   assert.deepEqual(contentsOf(SERIES, free)[0].lines.map(({ name, caution }) => [name, caution]), [["Hands-on", undefined], ["Beside: Freehand", "without the certificate"]]);

@@ -61,7 +61,9 @@ def rehearse_hint(
 
 def _freehand_hint(state: str, mine: bool, free: bool) -> str:
     """The hint of a tool in a free hand; '' where it is that of any drive."""
-    if state in ("absent", "starting"):
+    if state == "starting":
+        return "The tool is being put at the entry, in your hand."
+    if state == "absent":
         return "Press Start: the tool is put at the entry, in your hand."
     if free or not mine:
         return ""

@@ -75,9 +75,9 @@ export class CompareTable {
       const differences = pairs.map((pair) => pair.map(({ score }) => /** @type {number | null | undefined} */ (Reflect.get(score ?? {}, key))))
         .flatMap(([one, two]) => (typeof one === "number" && typeof two === "number" ? [two - one] : []));
       const told = paired(differences);
-      return told ? [`${name} ${signed(told.mean, Number(digits))} ± ${fixed(told.half, Number(digits))} ${unit}`] : [];
+      return told ? [`${name} ${signed(told.mean, Number(digits))} ± ${fixed(told.half, Number(digits))} ${unit} of ${told.n} plans`] : [];
     });
-    const line = found.length ? `${modeWord(b)} against ${modeWord(a).toLowerCase()}, ${pairs.length} plans in both: ${found.join("; ")} (mean difference, 95 %).`
+    const line = found.length ? `${modeWord(b)} against ${modeWord(a).toLowerCase()}: ${found.join("; ")} driven both ways (mean difference, 95 %).`
       : `Statistics need three plans driven both ways; there ${pairs.length === 1 ? "is one" : `are ${pairs.length}`}.`;
     return html`<p class="words">${line}</p>`;
   }

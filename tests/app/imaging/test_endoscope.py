@@ -13,6 +13,7 @@ from session_doubles import HEAD, case_of_ct
 
 from app.cases.service import Case, CaseFrame
 from app.imaging import endoscope
+from app.imaging.endoscope import EndoscopeSurface
 from app.imaging.endoscope_file import HEADER, MAGIC, VERSION, EndoscopeFile
 from app.services import Services
 from vfix_engine.arrays import Array
@@ -47,6 +48,18 @@ def plan_in(client: Client, case: Case, places: list[list[float]]) -> str:
     for place in places:
         assert client.post(f"/api/v1/plans/{plan}/points", json={"position": place}).status_code == 201
     return plan
+
+
+def test_surfaces_of_two_heads_wait_for_each_other_without_a_thread(
+    services: Services, case: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lanes: list[str] = []
+    monkeypatch.setattr(services.jobs, "submit", lambda work, **how: lanes.append(how["lane"]))
+    other = case_of_ct(services, "Another", services.cases.volume(case))
+    for one in (case, other):
+        box = np.array([[-9.0] * 3, [9.0] * 3])
+        EndoscopeSurface(services.store, services.cases, services.jobs, box, None).start(one.id)
+    assert lanes == ["endoscope", "endoscope"]
 
 
 def parts_of(data: bytes) -> dict[str, Array | Any]:
