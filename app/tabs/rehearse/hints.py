@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
+_NOT_THERE = {
+    "absent": "Press Start: the robot is placed at the entry.",
+    "failed": "Not begun; the panel says why. Then press Start.",
+    "starting": "The robot is being placed at the entry.",
+    "silent": "The control process does not answer. End it, then Start.",
+}
+
 
 def rehearse_hint(
     points: int,
@@ -26,14 +33,8 @@ def rehearse_hint(
         return "The path needs two points. Go to Plan."
     if not certified and (words := _freehand_hint(state, mine, free)):
         return words
-    if state == "absent":
-        return "Press Start: the robot is placed at the entry."
-    if state == "failed":
-        return "Not begun; the panel says why. Then press Start."
-    if state == "starting":
-        return "The robot is being placed at the entry."
-    if state == "silent":
-        return "The control process does not answer. End it, then Start."
+    if state in _NOT_THERE:
+        return _NOT_THERE[state]
     if free:
         return "Nobody holds the handle. Press ‘Take handle’ to drive."
     if not mine:
@@ -48,6 +49,11 @@ def rehearse_hint(
         return "You can still start; the tool stops before bone, not before skin."
     if state != "running":
         return "At the entry. Press Start, then drag the sphere or hold ↑."
+    return _task_hint(mode, phase, targets)
+
+
+def _task_hint(mode: str, phase: str, targets: int) -> str:
+    """The hint of a robot that this window drives."""
     if mode == "inspect" and phase == "inspect_hold":
         return "Drag the sphere to swing about the target. A, D twist."
     if mode == "inspect":

@@ -1,4 +1,5 @@
 // What the status bar says of the tool: that a free hand has no certificate, force, tip error, clearance, target, and what holds it.
+import { UNCERTIFIED } from "/static/js/runs.js";
 import { holdingWords, reading } from "/static/js/status.js";
 import { isFree } from "./modes.js";
 
@@ -9,7 +10,7 @@ const NEAR_MM = 0.1; // this close to the margin the clearance is shown as a cau
 export class RehearsalStatus {
   constructor() {
     this.mode = reading("Freehand");
-    this.mode.say("without the certificate");
+    this.mode.say(UNCERTIFIED);
     this.mode.element.classList.add("alarm");
     this.force = reading("Force");
     this.tip = reading("Tip error");

@@ -59,6 +59,8 @@ def test_surfaces_of_two_heads_wait_for_each_other_without_a_thread(
     for one in (case, other):
         box = np.array([[-9.0] * 3, [9.0] * 3])
         EndoscopeSurface(services.store, services.cases, services.jobs, box, None).start(one.id)
+    services.cases.delete(other.id)
+    services.purge.run(other.id)
     assert lanes == ["endoscope", "endoscope"]
 
 
