@@ -50,20 +50,6 @@ def plan_in(client: Client, case: Case, places: list[list[float]]) -> str:
     return plan
 
 
-def test_surfaces_of_two_heads_wait_for_each_other_without_a_thread(
-    services: Services, case: Case, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    lanes: list[str] = []
-    monkeypatch.setattr(services.jobs, "submit", lambda work, **how: lanes.append(how["lane"]))
-    other = case_of_ct(services, "Another", services.cases.volume(case))
-    for one in (case, other):
-        box = np.array([[-9.0] * 3, [9.0] * 3])
-        EndoscopeSurface(services.store, services.cases, services.jobs, box, None).start(one.id)
-    services.cases.delete(other.id)
-    services.purge.run(other.id)
-    assert lanes == ["endoscope", "endoscope"]
-
-
 def parts_of(data: bytes) -> dict[str, Array | Any]:
     header = np.frombuffer(data, HEADER, 1)[0]
     version, v, f, c = (int(count) for count in header["counts"])
@@ -177,3 +163,15 @@ def test_a_damaged_file_is_refused() -> None:
     for data in (b"", b"VFXS" + bytes(60), MAGIC + np.array([VERSION, 1, 1, 1], "<u4").tobytes() + bytes(28)):
         with pytest.raises(InputError):
             EndoscopeFile(data)
+
+
+def test_surfaces_of_two_heads_wait_for_each_other_without_a_thread(
+    services: Services, case: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lanes: list[str] = []
+    monkeypatch.setattr(services.jobs, "submit", lambda work, **how: lanes.append(how["lane"]))
+    other = case_of_ct(services, "Another", services.cases.volume(case))
+    for one in (case, other):
+        box = np.array([[-9.0] * 3, [9.0] * 3])
+        EndoscopeSurface(services.store, services.cases, services.jobs, box, None).start(one.id)
+    assert lanes == ["endoscope", "endoscope"]
