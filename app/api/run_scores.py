@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, Field
 
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
+from app.drives.runs import StoredRun
 from app.exchange.run_report.report import RunToReport, report_html
 from app.plans.model import NOTICE
 from app.services import Services
@@ -165,8 +167,14 @@ def run_report(
     """The report on a run to print, beside it those on others; takes some seconds."""
     page = report_html([_to_report(services, one) for one in dict.fromkeys([run_id, *(beside or [])])])
     headers = {"X-Notice": NOTICE, "Cache-Control": "no-store"}
-    headers["Content-Disposition"] = f'attachment; filename="{run_id}.html"'
+    headers["Content-Disposition"] = f'attachment; filename="{report_name(services.runs.get(run_id))}"'
     return Response(page, media_type="text/html", headers=headers)
+
+
+def report_name(run: StoredRun) -> str:
+    """Name of the file of a report on a run: a file that is passed on says how the tool was driven (HAZ-41)."""
+    certificate = "" if run.certified else "-without-certificate"
+    return f"{run.id}-{re.sub('[^a-z-]+', '-', run.mode or run.world)}{certificate}.html"
 
 
 def _to_report(services: Services, run_id: str) -> RunToReport:

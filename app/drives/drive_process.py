@@ -12,12 +12,13 @@ from concurrent.futures import Executor
 from functools import partial
 from typing import Any, Generic, TypeVar
 
-from app.drives.drive_record import ProcessStatus
+from app.drives.drive_record import HAND, ProcessStatus
 from app.drives.prepared_drive import PreparedDrive
 from app.drives.recorded_process import RecordedProcess
 from app.drives.settings_exchange import SettingsExchange
 from vfix_engine.error_places import error_places
 from vfix_engine.errors import ControlError, VfixError
+from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.process import ControlProcess
 from vfix_engine.runtime.requests import Request, SetSettings
 from vfix_engine.runtime.ring import RowReader
@@ -54,6 +55,8 @@ class DriveProcess(Generic[P, T]):
         self._unrecorded = ""  # why this drive is not recorded, or not to its end
         self._hand: str | None = None  # the client whose hand holds the grip
         self._requested: Request | None = None
+        self.control: Control = HAND  # of this drive and the next one, and so the preset
+        self.preset: str | None = None
 
     @property
     def state(self) -> ProcessStatus:
@@ -64,6 +67,11 @@ class DriveProcess(Generic[P, T]):
         """Whether the present or starting robot was prepared from these inputs."""
         with self._lock:
             return self._made_of == made_of and self._state in ("starting", "ready", "silent")
+
+    def choose(self, control: Control, preset: str | None) -> None:
+        """Mode, device and preset of the next drive and of one that is starting; who may is the tab's matter."""
+        with self._lock:
+            self.control, self.preset = control, preset
 
     def open(self, made_of: object, prepare: Callable[[], P], executor: Executor, words: str = "Starting …") -> None:
         """Prepare the drive and start its process in the background; a running one is closed first.
@@ -106,8 +114,20 @@ class DriveProcess(Generic[P, T]):
                 self._words_for_holder.clear()
                 self._state, self._words = "ready", ""
                 self._unrecorded = prepared.unrecorded
+                self._tell_control(process, prepared)
                 return
         process.close()
+
+    def _tell_control(self, process: ControlProcess[T], prepared: P) -> None:
+        """The mode may have been chosen anew while the process started with the one before; the caller has the lock.
+
+        To or from a free hand, and for another preset, the tab opens another process.
+        """
+        begun, chosen = prepared.control, self.control
+        if begun is None or chosen == begun or FREEHAND in (chosen.mode, begun.mode):
+            return
+        with contextlib.suppress(ControlError):  # it has ended: reported by the following check
+            process.control(chosen)
 
     def _not_started(self, generation: int, process: ControlProcess[T] | None, words: str) -> None:
         if process is not None:

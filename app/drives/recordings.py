@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,7 +12,10 @@ from app.drives.runs import Measure, RunService, has_ticks
 from app.kit.errors import PlannerEnds
 from app.kit.jobs import Jobs, Progress
 from app.store.errors import StorageError
-from vfix_engine.errors import InputError
+from vfix_engine.error_places import error_places
+from vfix_engine.errors import InputError, VfixError
+
+_LOG = logging.getLogger(__name__)
 
 MeasureBy = Callable[[Progress], Measure | None]
 
@@ -54,6 +57,7 @@ class Recording:
                 lane=f"run {self.folder}",
                 case_id=self.case_id,
                 subject=self.subject,
+                document_id=self.document_id,
             )
         except PlannerEnds:
             return  # a drive that ends after the planner has no folder any more
@@ -71,8 +75,12 @@ class Recording:
             ) from error
         if self.scores is not None:
             progress("Scoring the run", 0.7)
-            with suppress(InputError):  # of a world that has no score
+            try:
                 self.scores.of(run.id)
+            except InputError:
+                pass  # of a world that has no score
+            except (VfixError, ValueError) as error:  # the run is stored: whoever opens it asks for the score again
+                _LOG.warning("a run was stored and could not be scored: %s", error_places(error))
         return run.id
 
     def _remove(self) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,7 +32,8 @@ _DONE = PHASES.index("done")
 class RunScores:
     """Scores of runs of a rigid tool. Thread-safe.
 
-    A score is stored as a derived file by the hash of the run's steps, which never change; it goes with the run.
+    A score is stored as a derived file by the hash of the run's steps, which never change; it is swept
+    once no run has them.
     """
 
     def __init__(self, store: Store, runs: RunService) -> None:
@@ -55,11 +58,8 @@ class RunScores:
         path = None if found is not None else self._store.derived.path(key, FILE)
         if path is None:
             return found
-        try:
-            stored: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError):  # damaged: computed again
-            return None
-        return self._scores.get(key, lambda: stored)
+        stored = _unsealed(path)
+        return None if stored is None else self._scores.get(key, lambda: stored)
 
     def series(self, run_id: str) -> bytes:
         """The series of a run as JSON, see `SeriesPublic`.
@@ -86,7 +86,7 @@ class RunScores:
         score["holds"] = [hold.to_dict() for hold in holds_of(read, spec)]
         score = json.loads(json.dumps(score, allow_nan=False))  # as it is read again
         if self._store.writable:
-            self._store.derived.put(_key(run), FILE, lambda file: file.write(json.dumps(score).encode()))
+            self._store.derived.put(_key(run), FILE, lambda file: file.write(_sealed(score)))
         return dict(score)
 
 
@@ -119,6 +119,23 @@ def _key(run: StoredRun) -> str:
     if TICKS not in run.files:
         raise InputError("the run has no samples.")
     return run.files[TICKS].sha256
+
+
+def _sealed(score: dict[str, Any]) -> bytes:
+    """A score as it is stored, with a hash by which damage is seen."""
+    text = json.dumps(score)
+    return json.dumps({"sha256": hashlib.sha256(text.encode()).hexdigest(), "score": score}).encode()
+
+
+def _unsealed(path: Path) -> dict[str, Any] | None:
+    """A stored score; None where it is damaged, so that it is computed again."""
+    try:
+        stored = json.loads(path.read_text(encoding="utf-8"))
+        score: dict[str, Any] = stored["score"]
+        sound = stored["sha256"] == hashlib.sha256(json.dumps(score).encode()).hexdigest()
+    except (OSError, ValueError, TypeError, LookupError, RecursionError):
+        return None
+    return score if sound else None
 
 
 def _plain(values: Array, digits: int = 4) -> Any:

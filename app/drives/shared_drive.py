@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any, TypeVar
 
 from app.drives.drive_process import DriveProcess
-from app.drives.drive_record import HAND, DriveRecord
+from app.drives.drive_record import DriveRecord
 from app.drives.lease import Lease
 from app.drives.prepared_drive import PreparedDrive
 from app.kit.prompt_threads import PROMPT_THREADS
@@ -28,8 +28,6 @@ class SharedDrive(DriveProcess[P, T]):
         super().__init__()
         self.lease = Lease()
         self.watchers: set[str] = set()
-        self.control: Control = HAND  # of this drive and the next one, and so the preset
-        self.preset: str | None = None
 
     def _held(self, client: Client) -> ControlProcess[T] | None:
         return self._live() if self.lease.held_by(client) else None
@@ -154,11 +152,6 @@ class SharedDrive(DriveProcess[P, T]):
             process.apply(request)
             with self._lock:
                 self._requested = request
-
-    def choose(self, control: Control, preset: str | None) -> None:
-        """Mode, device and preset of the next drive; who may is the tab's matter."""
-        with self._lock:
-            self.control, self.preset = control, preset
 
     def change_control(self, client: Client, control: Control) -> None:
         """Another mode or device of this drive, at once; the world has to have it."""

@@ -68,11 +68,15 @@ class DerivedOfCt(Generic[Value]):
         return self._jobs.submit(
             work,
             kind=self.job,
-            lane=f"{self.job} {case_id}",
+            lane=self.lane(case_id),
             case_id=case_id,
             subject=case.name,
             same=f"{self.file} {key}",
         )
+
+    def lane(self, case_id: str) -> str:
+        """Of its jobs, one of which runs at a time."""
+        return f"{self.job} {case_id}"
 
     def forget(self, keys: Iterable[str]) -> None:
         """Drop from memory what was made of files that were deleted."""

@@ -56,6 +56,10 @@ class EndoscopeSurface(DerivedOfCt[EndoscopeFile]):
     def volume(self, case: Case) -> Volume | None:
         return None if self._volume is None else self._cases.volume(case, self._volume.name)
 
+    def lane(self, case_id: str) -> str:
+        """One for all cases: a job that waits for another surface would keep a thread from other work."""
+        return self.job
+
     def find(self, volume: Volume, progress: ProgressCallback) -> EndoscopeFile:
         with _MAKING:
             return self._found(volume, progress)

@@ -18,6 +18,7 @@ class LiveBoard:
         self._lock = threading.Lock()
         self._plans: dict[str, str] = {}  # by the page that shows them, the last opened one at the end
         self._pose: Array | None = None
+        self._driven = ""
         self._poses = 0
 
     def opened(self, page: str, plan_id: str | None) -> None:
@@ -33,14 +34,17 @@ class LiveBoard:
         with self._lock:
             return next(reversed(self._plans.values()), None)
 
-    def show_tool(self, transform: Array) -> None:
-        """Set the pose of the tool. transform (4, 4): from the tool's tip to the image, LPS mm."""
+    def show_tool(self, transform: Array, driven: str) -> None:
+        """Set the pose of the tool, and how it is driven in words.
+
+        transform (4, 4): from the tool's tip to the image, LPS mm.
+        """
         with self._lock:
-            self._pose = transform
+            self._pose, self._driven = transform, driven
             self._poses += 1
 
     @property
-    def tool(self) -> tuple[int, Array | None]:
-        """Number of poses set so far, and the newest one."""
+    def tool(self) -> tuple[int, Array | None, str]:
+        """Number of poses set so far, the newest one, and how the tool is driven; '' before the first."""
         with self._lock:
-            return self._poses, self._pose
+            return self._poses, self._pose, self._driven

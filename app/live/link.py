@@ -12,7 +12,7 @@ from app.link.server import STATUS
 from app.live.board import LiveBoard
 from app.live.frames import pose_to_ras
 from app.live.incoming import Intake
-from app.live.outgoing import PLAN, TOOL, no_registration, plan_messages, registration_messages
+from app.live.outgoing import PLAN, TOOL, TOOL_MODE, no_registration, plan_messages, registration_messages
 from app.plans.service import PlanService
 from app.plans.versions import PlanVersions
 from app.registration.document import RegistrationContent
@@ -52,6 +52,7 @@ class LiveLink:
         self._thread = threading.Thread(target=self._run, name="live-link", daemon=True)
         self._known: object = None
         self._poses = 0
+        self._driven = ""  # as it was sent last
 
     def start(self) -> int:
         """Start to listen and return the port. Raises InputError if the address is not available."""
@@ -80,10 +81,12 @@ class LiveLink:
                     _LOG.error("the live link met an error: %s", error_places(error))
 
     def _send_tool(self) -> None:
-        poses, transform = self._board.tool
-        if poses != self._poses and transform is not None:
-            self._poses = poses
-            self._server.broadcast([Transform(TOOL, pose_to_ras(transform))])
+        poses, transform, driven = self._board.tool
+        if poses == self._poses or transform is None:
+            return
+        words = [Text(TOOL_MODE, driven)] if driven != self._driven else []  # before the first pose that is driven so
+        self._poses, self._driven = poses, driven
+        self._server.broadcast([*words, Transform(TOOL, pose_to_ras(transform))])
 
     def _check(self) -> None:
         """Send the plan if it or a registration of its head has changed, and make the proposals that are due."""
@@ -103,7 +106,8 @@ class LiveLink:
         state, messages = self._state(), self._messages()  # in this order: a change in between is sent again
         if self._known is None:
             self._known = state
-        return messages
+        driven = self._board.tool[2]
+        return [*messages, *([Text(TOOL_MODE, driven)] if driven else [])]
 
     def _state(self) -> object:
         """Return a value that changes whenever the messages of the open plan change."""

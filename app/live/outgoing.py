@@ -16,7 +16,7 @@ from app.registration.fit_report import report_of
 from vfix_engine.arrays import Array
 from vfix_engine.frames import RegisteredTo
 
-PATH, TARGETS, TOOL, PLAN = "Path", "Targets", "ToolTip", "Plan"
+PATH, TARGETS, TOOL, TOOL_MODE, PLAN = "Path", "Targets", "ToolTip", "ToolMode", "Plan"
 REGISTRATIONS: dict[RegisteredTo, str] = {"patient": "Registration", "base": "RegistrationToBase"}
 _PATH_COLOUR, _TARGET_COLOUR = (109, 179, 242, 255), (229, 143, 208, 255)
 

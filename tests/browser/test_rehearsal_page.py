@@ -392,8 +392,13 @@ def test_one_click_changes_who_leads_the_tool_and_a_free_hand_is_told_in_colour(
     page.click("[data-kind=rate]")
     station.wait_for("the device", lambda: station.rehearsal()["control"]["device"] == "rate")
     before = station.rehearsal()["progress_mm"]
+    station.grab(PULL)
+    station.pull_until("the sphere held aside", lambda: station.rehearsal()["progress_mm"] > before + 1.0)
+    page.mouse.up()
+    before = station.rehearsal()["progress_mm"]
     station.drive_until("ArrowUp", "the key at a device", lambda: station.rehearsal()["progress_mm"] > before + 1.0)
     page.keyboard.up("ArrowUp")
+    assert station.rehearsal()["control"]["device"] == "rate", "it stays chosen with the mouse and with keys"
 
     page.click("[data-control=freehand]")
     station.wait_for("the entry, in a free hand", lambda: station.rehearsal()["state"] == "ready", DRIVEN_S)

@@ -27,6 +27,8 @@ REPLAYED = """() => {
   vfix.layer?.hooks.each((object) => { if (object.userData.vfixReplay) found.push(object.position.toArray()); });
   return found;
 }"""
+# Whether all of a mark is within its row.
+UNCUT = "(mark) => mark.getBoundingClientRect().right <= mark.closest('.row-main').getBoundingClientRect().right"
 # Whether a slice shows the tool, in its yellow.
 YELLOW = """() => [...document.querySelectorAll('.slice canvas')].some((one) => {
   const data = one.getContext('2d')?.getImageData(0, 0, one.width, one.height).data ?? [];
@@ -92,6 +94,7 @@ def test_a_rehearsal_ends_with_a_card_and_is_reviewed(
     page.click(f"li[data-run={hand}] .beside")
     expect(page.locator("table.compare .pill")).to_have_text("without the certificate")
     expect(page.locator(f"li[data-run={hand}] .pill")).to_have_text("without the certificate")
+    assert page.locator(f"li[data-run={hand}] .pill").evaluate(UNCUT), "HAZ-41: it can be read"
     check(station, "a comparison")
     station.picture("review-compare")
 

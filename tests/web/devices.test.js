@@ -170,6 +170,18 @@ test("one that was allowed before is opened by itself, unless another device is 
   assert.deepEqual([source.name, hid.granted.length], ["SpaceMouse Compact", 1]);
 });
 
+test("one that is chosen again while it is still being closed is open in the end", async () => {
+  const { mouse, source } = await opened();
+  let closed = () => {};
+  mouse.close = () => new Promise((done) => { closed = () => { mouse.opened = false; done(); }; });
+  source.stop();
+  source.start();
+  await null;
+  closed();
+  await new Promise((done) => { setTimeout(done); });
+  assert.deepEqual([source.name, mouse.opened], ["SpaceMouse Compact", true]);
+});
+
 test("news go out 60 times a second at most, the same again before 100 ms, and rest once", () => {
   const { told, channel } = noted();
   channel.set([...REST], 0);

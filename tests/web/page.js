@@ -22,6 +22,6 @@ export function keyEvent(code, fields = {}) {
 
 /** A connection that notes what is sent. */
 export function noted(state = {}) {
-  const connection = { state, sent: [], holds: [], send: (type, fields) => connection.sent.push(fields === undefined ? [type] : [type, fields]), hold: (on) => connection.holds.push(on), say: () => {} };
+  const connection = { state, connected: true, sent: [], holds: [], send: (type, fields) => connection.sent.push(fields === undefined ? [type] : [type, fields]), hold: (on) => connection.holds.push(on), say: () => {} };
   return connection;
 }

@@ -1,10 +1,15 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { errorAlongPath, leastClearance, overTime, sampleAt, segmentsAt, speeds, timeAlong, tipSpeed } from "../../app/tabs/review/curves.js";
+import { layOutElements } from "./panels.js";
 import { paired, pairsOf } from "../../app/tabs/review/pairs.js";
 import { signed } from "../../app/web/js/format.js";
 import { duration, isUncertified, lastOf, millimetres, otherModes } from "../../app/web/js/runs.js";
 import { capsule, tube } from "../../app/web/js/scene-layer/round-meshes.js";
+
+layOutElements();
+const { contentsOf } = await import("../../app/tabs/review/plots.js");
+const { CompareTable, FIGURES } = await import("../../app/tabs/review/compare.js");
 
 /** @type {any} */
 const SERIES = {
@@ -42,6 +47,16 @@ test("series over time share an axis, and end where their run does", () => {
   assert.equal(speeds({ ...SERIES, joints: [], speed: [] })[0].name, "Tip");
 });
 
+test("a value over time is made once of each run, however many samples there are", () => {
+  let made = 0;
+  const long = { ...SERIES, t_s: [...Array(20_000).keys()] };
+  overTime([long, SERIES], (/** @type {any} */ one) => {
+    made += 1;
+    return one.t_s;
+  });
+  assert.equal(made, 2);
+});
+
 test("pairs are plans driven in both modes, and have an interval from three on", () => {
   const run = (/** @type {string} */ id, /** @type {string} */ mode, /** @type {string | null} */ plan, completed = true) => /** @type {any} */ ({ id, mode, plan_id: plan, score: { completed, certified: mode !== "freehand", time_s: 1, error_mm: 0.01, contacts: 0 } });
   const runs = [run("a", "hands-on", "p"), run("b", "freehand", "p"), run("c", "freehand", "p"), run("d", "hands-on", "q"), run("e", "freehand", "q", false), run("f", "hands-on", null), run("g", "freehand", null)];
@@ -77,4 +92,19 @@ test("a capsule has its radius about its axis, a tube about its way", () => {
   assert.equal(bent.positions.length / 18, 3, "places that are too near are one");
   assert.ok([...bent.positions].every(Number.isFinite));
   assert.equal(tube([], 0.3).indices.length, 0);
+});
+
+test("a difference of two modes says of how many plans it is", () => {
+  const run = (/** @type {string} */ mode, /** @type {number} */ plan) => /** @type {any} */ ({ id: `${mode} ${plan}`, mode, plan_id: `${plan}`, score: { completed: true, certified: true, time_s: plan, error_mm: plan < 3 ? 0.01 * plan : null } });
+  const runs = [0, 1, 2, 3].flatMap((plan) => [run("hands-on", plan), run("teleoperated", plan)]);
+  const line = String(new CompareTable().pairs([{ run: runs[0], score: /** @type {any} */ ({}) }, { run: runs[1], score: /** @type {any} */ ({}) }], runs));
+  assert.match(line, /Time 0.0 ± 0.0 s of 4 plans; Tip error, mean 0.000 ± 0.000 mm of 3 plans driven both ways/);
+});
+
+test("in plots and in the table a run says how it was driven, and that a distance is at least that", () => {
+  const free = { ...SERIES, mode: "freehand", certified: false };
+  assert.deepEqual(contentsOf(SERIES, free)[0].lines.map(({ name, caution }) => [name, caution]), [["Hands-on", undefined], ["Beside: Freehand", "without the certificate"]]);
+  const scored = [0.5, 3].map((clearance) => /** @type {any} */ ({ run: {}, score: { least_clearance_mm: { bone: clearance }, reach_mm: 3 } }));
+  const row = new CompareTable().row(/** @type {any} */ (FIGURES.find(({ name }) => name.startsWith("Nearest"))), scored);
+  assert.match(String(row), /<td class="number">0.50<.*<td class="number">≥ 3.00</);
 });

@@ -285,12 +285,7 @@ class PlanTab(Tab):
             self._error_layer(),
             self._openings.layer(edited if self.active else None),
             *self._shafts.layers(edited if self.active else None, self._is_still),
-            Layer(
-                "plan.ghost",
-                ghost,
-                GhostNodes,
-                lambda nodes: self._show_ghost(nodes, ghost),
-            ),
+            Layer("plan.ghost", ghost, GhostNodes, lambda nodes: self._show_ghost(nodes, ghost)),
         ]
 
     @property

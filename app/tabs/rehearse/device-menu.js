@@ -2,6 +2,7 @@
 import { h } from "/static/js/dom.js";
 import { DEVICES, HandDevices } from "/static/js/devices/hand-devices.js";
 import { draw, hintLine, html, nothing, titled } from "/static/js/template.js";
+import { isFree } from "./modes.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
 /** @import { DeviceKind } from "/static/js/devices/hand-devices.js" */
@@ -21,7 +22,7 @@ const AXES = {
   gamepad: ACROSS.map((what, axis) => [what, STICKS[axis]]),
   "space-mouse": ACROSS.map((what, axis) => [what, CAP[axis]]),
 };
-const HELP = "Directions are those of the endoscope’s picture. Keys drive whatever is chosen here. A device drives while this window holds the handle and the robot runs.";
+const HELP = "Directions are those of the endoscope’s picture. Keys drive whatever is chosen here. A device drives while this window has the focus, holds the handle, and the robot runs.";
 
 export class DeviceMenu {
   /** @param {Parts} parts */
@@ -29,7 +30,10 @@ export class DeviceMenu {
     this.connection = connection;
     this.keys = keys;
     this.devices = new HandDevices(keys, (axes) => connection.send("rate", { axes }));
-    this.asked = ""; // of the planner, for the device that is chosen
+    this.owed = false; // the planner is to be told which kind of device was chosen
+    this.led = false; // a teleoperated tool is led by this window
+    connection.on("state", ({ state }) => this.follow(state)); // also while another tab is shown
+    connection.on("link", () => this.follow(connection.state));
     this.devices.addEventListener("change", () => this.render());
     this.devices.addEventListener("axes", () => this.showAxes());
     this.element = h("div", { class: "group", id: "devices" });
@@ -39,18 +43,22 @@ export class DeviceMenu {
 
   /** @param {ViewModel} state */
   update(state) {
-    const { step, rehearsal } = state;
-    const held = step?.name === "rehearse" && Boolean(rehearsal?.mine);
-    this.devices.follow(held, held && rehearsal?.state === "running");
-    if (held) this.tell(state);
+    this.follow(state);
+    this.tell(state);
     this.showAxes();
+  }
+
+  /** @param {ViewModel} state */
+  follow({ step, rehearsal }) {
+    const held = this.connection.connected && step?.name === "rehearse" && Boolean(rehearsal?.mine);
+    this.devices.follow(held, held && rehearsal?.state === "running");
   }
 
   render() {
     const { devices } = this;
     this.words = this.wordsNow;
     const choice = (/** @type {DeviceKind} */ kind) => html`<button type="button" data-device=${kind} aria-pressed=${String(kind === devices.kind)}
-      @click=${() => devices.choose(kind)}>${NAMES[kind]}</button>`;
+      @click=${() => this.choose(kind)}>${NAMES[kind]}</button>`;
     const rows = AXES[devices.kind].map(([what, by]) => html`<li class="axis"><span>${what}</span><span class="axis-bar" aria-hidden="true"><i></i></span><span class="axis-by">${by}</span></li>`);
     const ask = devices.kind === "space-mouse" && devices.spaceMouse.askable;
     draw(this.element, titled("Device", null, html`
@@ -61,28 +69,35 @@ export class DeviceMenu {
     this.showAxes();
   }
 
+  /** @param {DeviceKind} kind */
+  choose(kind) {
+    this.owed = true;
+    this.devices.choose(kind);
+  }
+
   /**
-   * A teleoperated tool is led by a position or by a rate: whichever the chosen device has.
+   * A teleoperated tool is led by a position or by a rate: a device that is chosen brings its own along, and one that is
+   * read knows no other. With mouse and keys both can be had.
    * @param {ViewModel} state
    */
   tell({ rehearsal }) {
-    if (!rehearsal?.mine || rehearsal.control?.mode !== "teleoperated") return;
+    const led = Boolean(rehearsal?.mine) && rehearsal?.control?.mode === "teleoperated", begins = led && !this.led;
+    this.led = led;
+    if (!rehearsal || !led || !(this.owed || (begins && this.devices.source))) return;
+    this.owed = false;
     const device = this.devices.source ? "rate" : "position";
-    if (rehearsal.control.device === device) this.asked = "";
-    else if (this.asked !== device) {
-      this.asked = device;
-      const preset = /** @type {Commands["rehearsal.control"]["preset"]} */ (rehearsal.control.preset);
-      this.connection.send("rehearsal.control", { mode: "teleoperated", device, preset });
-    }
+    const preset = /** @type {Commands["rehearsal.control"]["preset"]} */ (rehearsal.control.preset);
+    if (rehearsal.control.device !== device) this.connection.send("rehearsal.control", { mode: "teleoperated", device, preset });
   }
 
   get wordsNow() {
-    const { source, kind, watched, isAskew } = this.devices;
+    const { source, kind, watched, isAway, isAskew } = this.devices;
     if (source?.trouble) return source.trouble;
     if (source && !watched) return `${source.name} drives once this window holds the handle.`;
+    if (source && isAway) return `${source.name} drives once this window has the focus.`;
     if (isAskew) return "Let go of it once, then it drives.";
     if (source) return source.name;
-    const free = this.connection.state.rehearsal?.control?.mode === "freehand";
+    const free = isFree(this.connection.state.rehearsal);
     return kind === "keys" ? "Hold a key." : free ? "Drag the sphere; with Shift it turns the tool." : "Drag the sphere on the shaft.";
   }
 

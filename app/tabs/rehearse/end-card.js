@@ -1,8 +1,10 @@
 // The end of a run: what it is worth, why it was held, and the runs before it.
+import { note } from "/static/js/dialogs.js";
 import { h } from "/static/js/dom.js";
 import { jobWatch } from "/static/js/jobs.js";
 import { openRun } from "/static/js/open-run.js";
 import { feltHolds, holdList, modeLine, scoreFacts } from "/static/js/run-score.js";
+import { jobNow } from "/static/js/rest.js";
 import { UNCERTIFIED, isUncertified, lastOf, otherModes, runsOf, saveReport, scoreOf } from "/static/js/runs.js";
 import { draw, html, nothing, titled } from "/static/js/template.js";
 import { LearningCurve } from "./learning-curve.js";
@@ -24,39 +26,47 @@ export class EndCard {
     this.plan = null;
     /** @type {string | null | undefined} id of the newest run before this drive */
     this.before = null;
-    this.driven = false; // a tool was moved since the last run was stored
-    this.waiting = false; // a run is being stored or scored
+    this.moved = false; // a tool ran since the plan was opened here
+    this.driven = false; // and since the last run was stored
+    this.ending = false; // the planner ends the run, and it was not found yet
+    this.fetching = 0; // runs that are being read
     this.trouble = "";
     this.fresh = false; // a result that was not in sight yet
-    /** @type {Set<string>} ids of the jobs that store a run now */
-    this.storing = new Set();
+    /** @type {string[]} ids of the jobs that store a run of the plan now */
+    this.storing = [];
     /** @type {Ended | null} */
     this.ended = null;
     jobWatch.addEventListener("change", () => this.hear());
   }
 
+  /** A tool is out: what is stored now was driven before. */
+  get driving() {
+    return ["running", "paused"].includes(this.connection.state.rehearsal?.state ?? "");
+  }
+
+  get waiting() {
+    return !this.driving && (this.ending || this.fetching > 0 || (this.moved && this.storing.length > 0));
+  }
+
   /** @param {ViewModel} state */
   update(state) {
     const { rehearsal, plan } = state;
-    if ((plan?.id ?? null) !== this.plan) Object.assign(this, { plan: plan?.id ?? null, ended: null, driven: false, waiting: false, trouble: "" });
-    const { state: drive, progress_mm: progress } = /** @type {Partial<RehearsalSection>} */ (rehearsal ?? {});
-    if (drive === "running") {
+    if ((plan?.id ?? null) !== this.plan) Object.assign(this, { plan: plan?.id ?? null, ended: null, moved: false, driven: false, ending: false, fetching: 0, trouble: "", storing: [] });
+    if (rehearsal?.state === "running") {
       if (!this.driven) this.begin();
-      this.driven = true;
-      this.ended = null;
-      this.trouble = "";
+      Object.assign(this, { moved: true, driven: true, ended: null, trouble: "" });
     }
-    this.render(rehearsal ?? {}, drive === "running" || drive === "paused", progress ?? 0);
+    this.render(rehearsal ?? {});
   }
 
-  /** A run is stored by a job; once it is gone the run is there. */
+  /** A run of the plan is stored by a job; once that is gone the run is there. */
   hear() {
-    const now = new Set(jobWatch.items.filter(({ kind }) => kind === "run").map(({ id }) => id));
-    const done = [...this.storing].some((id) => !now.has(id));
-    if (now.size && this.driven) this.waiting = true;
+    const now = jobWatch.items.filter(({ kind, document_id: plan }) => kind === "run" && plan === this.plan).map(({ id }) => id);
+    const gone = this.storing.filter((id) => !now.includes(id));
+    if (!gone.length && now.length === this.storing.length) return;
     this.storing = now;
-    if (done && this.driven && !now.size) this.fetch();
-    else if (this.waiting) this.update(this.connection.state);
+    if (this.moved) for (const id of gone) this.show(id);
+    this.update(this.connection.state);
   }
 
   /** Runs of the plan that were driven on the page, newest first. */
@@ -73,32 +83,39 @@ export class EndCard {
     this.before = runs[0]?.id ?? null;
   }
 
-  async fetch() {
+  /**
+   * Show a run with its score, unless the tool is out again.
+   * @param {string | null} job that stored it; null: the newest run, where that is none of before
+   */
+  async show(job) {
     const { plan } = this;
-    this.driven = false;
-    try {
-      const runs = await this.runs();
-      const isNew = runs.length > 0 && runs[0].id !== this.before;
-      const score = isNew ? await scoreOf(runs[0].id) : null;
-      if (plan !== this.plan) return;
-      if (score) this.ended = { run: runs[0], score, runs };
-      else this.trouble = "this run was not recorded.";
-      this.fresh = true;
-    } catch (error) {
-      this.trouble = error instanceof Error ? error.message : String(error);
+    this.fetching += 1;
+    const found = await this.find(job).catch((error) => ({ trouble: error instanceof Error ? error.message : String(error) }));
+    if (plan !== this.plan) return;
+    this.fetching = Math.max(0, this.fetching - 1); // the plan may have been left and opened again
+    if ("run" in found) this.before = found.run.id;
+    if (!this.driving) {
+      Object.assign(this, { ended: null, trouble: "", ...("run" in found ? { ended: found } : found), fresh: true, driven: false, ending: false });
     }
-    this.waiting = false;
     this.update(this.connection.state);
   }
 
   /**
-   * @param {Partial<RehearsalSection>} now
-   * @param {boolean} driving
-   * @param {number} progress
+   * @param {string | null} job
+   * @returns {Promise<Ended | { trouble: string }>}
    */
-  render(now, driving, progress) {
-    const { ended } = this;
-    const finish = driving && now.mine && progress !== null;
+  async find(job) {
+    const told = job === null ? null : await jobNow(job);
+    const runs = await this.runs();
+    const run = told ? runs.find(({ id }) => id === told.result) : runs.slice(0, 1).find(({ id }) => id !== this.before);
+    if (run) return { run, runs, score: await scoreOf(run.id) };
+    return { trouble: told?.error?.message ?? "this run was not recorded." };
+  }
+
+  /** @param {Partial<RehearsalSection>} now */
+  render(now) {
+    const { ended, driving } = this;
+    const finish = driving && now.mine;
     this.element.hidden = !finish && !ended && !this.waiting && !this.trouble;
     if (this.element.hidden) return;
     draw(this.element, ended && !driving ? this.result(ended) : html`${titled("This run", null, html`
@@ -112,18 +129,25 @@ export class EndCard {
     this.fresh = false;
   }
 
-  finish = () => {
-    this.waiting = true;
-    this.connection.send("rehearsal.end");
+  finish = async () => {
+    const { plan } = this;
+    try {
+      await this.connection.request("rehearsal.end");
+    } catch (error) { // as to a window that has lost the handle
+      note(error instanceof Error ? error.message : String(error), { error: true });
+      return;
+    }
+    if (plan !== this.plan) return;
+    this.ending = true;
+    this.update(this.connection.state);
     setTimeout(() => this.look(), LOOK_MS);
   };
 
   /** The job that stores a short run may begin and end between two messages. */
   look() {
-    if (!this.waiting || !this.driven) return;
-    const stored = this.connection.state.rehearsal?.state === "absent" && !jobWatch.items.some(({ kind }) => kind === "run");
-    if (stored) this.fetch();
-    else setTimeout(() => this.look(), LOOK_MS);
+    if (!this.ending || this.fetching) return;
+    if (this.driving || this.storing.length) setTimeout(() => this.look(), LOOK_MS);
+    else this.show(null);
   }
 
   /** @param {Ended} ended */

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from vfix_engine.runtime.control_mode import FREEHAND, HANDS_ON, ControlMode
+_NOT_THERE = {
+    "absent": "Press Start: the robot is placed at the entry.",
+    "failed": "Not begun; the panel says why. Then press Start.",
+    "starting": "The robot is being placed at the entry.",
+    "silent": "The control process does not answer. End it, then Start.",
+}
 
 
 def rehearse_hint(
@@ -16,25 +21,20 @@ def rehearse_hint(
     changed: bool,
     doubtful: bool = False,
     blocked: str = "",
-    control: ControlMode = HANDS_ON,
+    certified: bool = True,
 ) -> str:
     """free: no client holds the handle. changed: the plan differs from the driven one. targets: of the driven one.
 
     blocked: why the robot is not driven with the registration by which it was placed, '' where it is.
-    control: control mode. mode, phase: of the newest snapshot. doubtful: the verdict of the path is not that it fits.
+    certified: False of a tool in a free hand. mode, phase: of the newest snapshot. doubtful: the verdict of the path is
+    not that it fits.
     """
     if points < 2:
         return "The path needs two points. Go to Plan."
-    if control == FREEHAND and (words := _freehand_hint(state, mine, free)):
+    if not certified and (words := _freehand_hint(state, mine, free)):
         return words
-    if state == "absent":
-        return "Press Start: the robot is placed at the entry."
-    if state == "failed":
-        return "Not begun; the panel says why. Then press Start."
-    if state == "starting":
-        return "The robot is being placed at the entry."
-    if state == "silent":
-        return "The control process does not answer. End it, then Start."
+    if state in _NOT_THERE:
+        return _NOT_THERE[state]
     if free:
         return "Nobody holds the handle. Press ‘Take handle’ to drive."
     if not mine:
@@ -49,6 +49,11 @@ def rehearse_hint(
         return "You can still start; the tool stops before bone, not before skin."
     if state != "running":
         return "At the entry. Press Start, then drag the sphere or hold ↑."
+    return _task_hint(mode, phase, targets)
+
+
+def _task_hint(mode: str, phase: str, targets: int) -> str:
+    """The hint of a robot that this window drives."""
     if mode == "inspect" and phase == "inspect_hold":
         return "Drag the sphere to swing about the target. A, D twist."
     if mode == "inspect":
@@ -62,7 +67,9 @@ def rehearse_hint(
 
 def _freehand_hint(state: str, mine: bool, free: bool) -> str:
     """The hint of a tool in a free hand; '' where it is that of any drive."""
-    if state in ("absent", "starting"):
+    if state == "starting":
+        return "The tool is being put at the entry, in your hand."
+    if state == "absent":
         return "Press Start: the tool is put at the entry, in your hand."
     if free or not mine:
         return ""

@@ -27,6 +27,14 @@ const DEVICE_HELP = "Position: the tool goes as far as the device, or the sphere
   + "Rate: a constant deflection is a constant speed; hold the sphere aside, with Shift to turn.";
 const PRESET_HELP = "Printed parameters of a paper, at 30 Hz. The run ends, and the next begins at the entry.";
 
+/**
+ * Whether the tool that is there, or will be, is moved without the certificate, whatever mode was chosen since.
+ * @param {Partial<RehearsalSection> | undefined} rehearsal
+ */
+export function isFree(rehearsal) {
+  return rehearsal?.control?.certified === false;
+}
+
 export class ModesGroup {
   /** @param {Connection} connection */
   constructor(connection) {
@@ -51,14 +59,15 @@ export class ModesGroup {
    */
   render(rehearsal, contacts, open) {
     const { mode, device, preset } = rehearsal?.control ?? { mode: "hands-on", device: "position", preset: null };
+    const free = isFree(rehearsal);
     const send = (/** @type {Partial<Control>} */ change) =>
       this.connection.send("rehearsal.control", /** @type {Control} */ ({ mode, device, preset, ...change }));
     draw(this.element, titled("Mode", null, html`
       <div class="segmented devices" role="group" aria-label="Control mode">${MODES.map(([name, label]) => html`<button type="button" data-control=${name}
         aria-pressed=${String(name === mode)} ?disabled=${!open} @click=${() => send({ mode: name })}>${label}</button>`)}</div>
-      ${hintLine("control-words", WORDS[mode], HELP)}
-      ${mode === "freehand" ? html`<p class="words uncertified" id="uncertified" role="status">${WITHOUT}</p>` : nothing}
-      ${mode === "freehand" ? contactList(contacts) : nothing}
+      ${hintLine("control-words", WORDS[free ? "freehand" : mode], HELP)}
+      ${free ? html`<p class="words uncertified" id="uncertified" role="status">${WITHOUT}</p>` : nothing}
+      ${free ? contactList(contacts) : nothing}
       ${mode !== "teleoperated" ? nothing : html`<div class="beside">${hintLine("kind-words", "Device", DEVICE_HELP)}
         <div class="segmented" role="group" aria-label="Kind of device">${DEVICES.map(([name, label]) => html`<button type="button" data-kind=${name}
           aria-pressed=${String(name === device)} ?disabled=${!open} @click=${() => send({ device: name })}>${label}</button>`)}</div></div>`}

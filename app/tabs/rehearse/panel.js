@@ -9,7 +9,7 @@ import { say } from "/static/js/said.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
 import { DeviceMenu } from "./device-menu.js";
 import { EndCard } from "./end-card.js";
-import { ModesGroup, WITHOUT } from "./modes.js";
+import { ModesGroup, WITHOUT, isFree } from "./modes.js";
 import { preselected } from "./preselected.js";
 import { RehearsalStatus } from "./status.js";
 import { OptionsGroup } from "./options.js";
@@ -114,7 +114,7 @@ export default class RehearsePanel {
     const live = isLive(rehearsal);
     const adjustable = live && Boolean(rehearsal.mine);
     this.changedFields([state.settings, adjustable], () => this.renderFields(state.settings, adjustable));
-    const freehand = rehearsal.control?.mode === "freehand";
+    const freehand = isFree(rehearsal);
     this.controls.update(state, live ? Boolean(rehearsal.mine) : Boolean(rehearsal.mine || rehearsal.can_take));
     this.truth.update(state);
     this.rehearsalOptions.update(state);
@@ -144,7 +144,7 @@ export default class RehearsePanel {
     const driving = live && Boolean(rehearsal.mine);
     const changed = live && rehearsal.plan_changed;
     const silent = rehearsal.state === "silent";
-    const freehand = rehearsal.control?.mode === "freehand";
+    const freehand = isFree(rehearsal);
     say(this.words, rehearsal.words || (changed && (isBlocked(state) ? BLOCKED_WORDS : CHANGED_WORDS)) || (freehand ? FREEHAND_WORDS : STATE_WORDS)[rehearsal.state ?? ""] || "");
     this.words.className = freehand && live && !rehearsal.words ? "words uncertified" : changed || silent || rehearsal.state === "failed" ? "words caution" : "words";
     this.startButton.textContent = rehearsal.state === "running" ? "Pause" : rehearsal.state === "paused" ? "Continue" : "Start";
@@ -217,7 +217,10 @@ export default class RehearsePanel {
     this.fieldWords.hidden = !refused;
     say(this.marginWarning, settings?.warning ? `${settings.warning}.` : "");
     this.marginWarning.hidden = !settings?.warning;
-    if (this.sliders.size !== fields.length) this.fields.replaceChildren(...fields.map((field) => this.field(field)));
+    if (String([...this.sliders.keys()]) !== String(fields.map(({ name }) => name))) {
+      this.sliders.clear();
+      this.fields.replaceChildren(...fields.map((field) => this.field(field)));
+    }
     for (const field of fields) {
       const slider = this.sliders.get(field.name);
       if (!slider) continue;
@@ -279,7 +282,7 @@ function isLive(rehearsal) {
  * @param {number} targets
  */
 function modeWords(rehearsal, targets) {
-  if (rehearsal.control?.mode === "freehand") return FREEHAND_TASKS[rehearsal.mode ?? ""] ?? FREEHAND_TASKS.path;
+  if (isFree(rehearsal)) return FREEHAND_TASKS[rehearsal.mode ?? ""] ?? FREEHAND_TASKS.path;
   if (rehearsal.mode === "free") return "No path holds the tip. The margin to bone is kept. What is switched on below holds too.";
   if (rehearsal.mode === "inspect") return "Drag the handle: the tool swings about the target. The view point is brought onto it and stays there.";
   const lead = rehearsal.control?.mode === "teleoperated" ? "The device only sets how fast. " : "";

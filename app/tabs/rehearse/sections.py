@@ -148,7 +148,10 @@ class ToolSection(TypedDict):
 
 
 class StageView(TypedDict):
-    """A stage of the error chain with its one number; known: it is that of the plan's own registration."""
+    """A stage of the error chain with its one number; known: it is that of the plan's own registration.
+
+    refusal: why it cannot be switched on, '' where it can.
+    """
 
     name: str
     label: str
@@ -159,6 +162,7 @@ class StageView(TypedDict):
     on: bool
     known: bool
     hint: str
+    refusal: str
 
 
 class TruthSection(TypedDict):

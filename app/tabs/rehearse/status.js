@@ -1,5 +1,7 @@
 // What the status bar says of the tool: that a free hand has no certificate, force, tip error, clearance, target, and what holds it.
+import { UNCERTIFIED } from "/static/js/runs.js";
 import { holdingWords, reading } from "/static/js/status.js";
+import { isFree } from "./modes.js";
 
 /** @import { RehearsalSection, ViewModel } from "/static/js/types.js" */
 
@@ -8,7 +10,7 @@ const NEAR_MM = 0.1; // this close to the margin the clearance is shown as a cau
 export class RehearsalStatus {
   constructor() {
     this.mode = reading("Freehand");
-    this.mode.say("without the certificate");
+    this.mode.say(UNCERTIFIED);
     this.mode.element.classList.add("alarm");
     this.force = reading("Force");
     this.tip = reading("Tip error");
@@ -22,7 +24,7 @@ export class RehearsalStatus {
   update({ rehearsal }) {
     /** @type {Partial<RehearsalSection>} */
     const now = rehearsal ?? {};
-    this.mode.element.hidden = now.control?.mode !== "freehand";
+    this.mode.element.hidden = !isFree(now);
     this.force.set(now.force_n, 2, "N");
     this.tip.set(now.mode === "path" ? now.tip_error_mm : null, 1, "mm");
     this.clearance.set(now.clearance_mm, 2, "mm", now.clearance_capped ? "≥ " : "");

@@ -21,17 +21,27 @@ from app.tabs.rehearse.hints import rehearse_hint
 from app.tabs.rehearse.options import CentrePlaces, options_section, place_of
 from app.tabs.rehearse.sections import NearnessView, OptionsSection, RehearsalSection
 from app.tabs.rehearse.tool_snapshot import ToolSnapshot
-from app.tabs.rehearse.truth import LiveTruth, known_error
-from app.tabs.rehearse.view import details_section, nearness_section, rehearsal_section, settings_section, tool_section
+from app.tabs.rehearse.truth import LiveTruth
+from app.tabs.rehearse.view import (
+    details_section,
+    is_certified,
+    nearness_section,
+    rehearsal_section,
+    settings_section,
+    tool_section,
+)
 from app.workspace.layers import Layer
 from app.workspace.plan_items import curve_layer, curve_section, entries, items_layer, plan_items
 from app.workspace.workspace import Workspace
 from vfix_engine.control import ControlSettings
-from vfix_engine.errors import ControlError, PlanError
+from vfix_engine.errors import ControlError, PlanError, VfixError
 from vfix_engine.robots import PlacedRobot
 from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.requests import SetTask
 from vfix_engine.worlds.freehand.snapshot import FreehandSnapshot
+
+UNCERTIFIED = f"{FREEHAND}, without the certificate"  # as others are told who follow the tool (HAZ-41)
+NEAR_S = 1.0 / 15.0  # between two poses whose distances to protected structures are measured
 
 
 class RehearseTab(RehearsalSession):
@@ -45,6 +55,7 @@ class RehearseTab(RehearsalSession):
         self._centre = CentrePlaces(workspace.services, workspace.executor, workspace.post)
         self._told_of: ToolSnapshot | None = None  # the pose that others were told last
         self.truth = LiveTruth()
+        self._near: ToolSnapshot | None = None  # the pose whose distances to structures are shown
         self._told = NO_OPTIONS  # the options as they were when everything was published last
 
     # -- entering and leaving the tab
@@ -105,15 +116,21 @@ class RehearseTab(RehearsalSession):
         drive, now = self.need_drive(), self.read()
         if not (now.may_instruct if now.state == "ready" else now.may_prepare):
             raise ControlError(NOT_HELD)
-        before, control = (drive.control.mode == FREEHAND, drive.preset), Control(command.mode, command.device)
+        before, preset, control = drive.control, drive.preset, Control(command.mode, command.device)
         drive.choose(control, command.preset)
-        if before != (control.mode == FREEHAND, command.preset):
-            if now.state != "absent":
-                self._run_when_ready = False
-                self.open(drive)
-        elif now.state == "ready" and control.mode != FREEHAND:
-            drive.change_control(self.client, control)
-        self.read()
+        now = self.read()  # what came before the choice was made is told it here, what comes later begins with it
+        try:
+            if (before.mode == FREEHAND, preset) != (control.mode == FREEHAND, command.preset):
+                if now.state != "absent":
+                    self._run_when_ready = False
+                    self.open(drive)
+            elif now.state in ("ready", "silent") and control.mode != FREEHAND:
+                drive.change_control(self.client, control)
+        except VfixError:
+            drive.choose(before, preset)  # what stands there goes on as it was
+            raise
+        finally:
+            self.read()
 
     def start(self, drive: RehearsalDrive) -> None:
         """Never by a registration that is not the plan's any more: at the entry the robot is placed anew, else it
@@ -166,7 +183,7 @@ class RehearseTab(RehearsalSession):
                 pose[:3, :3], pose[:3, 3] = snapshot.rotation, snapshot.tip
             elif robot is not None:
                 pose[:3, :3], pose[:3, 3] = robot.tip_pose(snapshot.q)
-            self._services.live.show_tool(pose)
+            self._services.live.show_tool(pose, now.control.mode if is_certified(now) else UNCERTIFIED)
 
     def run_when_ready(self, drive: RehearsalDrive) -> None:
         """A robot that came with other options comes again; one whose registration has changed stays."""
@@ -194,7 +211,7 @@ class RehearseTab(RehearsalSession):
         blocked = self._withdrawn(now) if self._changed else ""
         state, changed = now.shown_state, self._changed
         return rehearse_hint(
-            points, state, now.mine, free, mode, phase, targets, changed, doubtful, blocked, now.control.mode
+            points, state, now.mine, free, mode, phase, targets, changed, doubtful, blocked, is_certified(now)
         )
 
     def _other_margin(self, now: RehearsalRecord) -> bool:
@@ -210,15 +227,14 @@ class RehearseTab(RehearsalSession):
 
     def refresh(self) -> None:
         self._compare(self.read())
-        self.truth.known = known_error(self._services, self.workspace.plan.current)
+        self.truth.know(self._services, self.workspace.plan.current)
         if self.active or self.wanted.remote_centre:
             self._centre.ask(self.workspace.plan.current)
 
     def sections(self) -> Sections:
         """The :class:`RehearsalSections`."""
         now, driven, snapshot = self.now, self.driven, self.now.snapshot
-        certified = now.control.mode != FREEHAND
-        settings = _settings(now), now.answered, now.refusal, self._uncertainty, certified
+        settings = _settings(now), now.answered, now.refusal, self._uncertainty, is_certified(now)
         sections: dict[str, Section[object]] = {
             "rehearsal": Section((*self.drive_key(), self._changed), lambda: self._rehearsal(now)),
             "driven": Section(Same(driven), lambda: None if driven is None else entries(driven.items)),
@@ -240,8 +256,12 @@ class RehearseTab(RehearsalSession):
         return section
 
     def _nearness(self, now: RehearsalRecord) -> Section[list[NearnessView]]:
-        snapshot = now.snapshot
-        margin = 0.0 if now.control.mode == FREEHAND else _settings(now).kept_mm
+        """Only while it is in sight, and of a tool that runs fifteen times a second: it takes milliseconds each."""
+        before, snapshot = self._near, now.snapshot if self.active else None
+        if before is not None and snapshot is not None and snapshot.running:
+            snapshot = before if 0.0 <= snapshot.t - before.t < NEAR_S else snapshot
+        self._near = snapshot
+        margin = _settings(now).kept_mm if is_certified(now) else 0.0
         zones = () if now.prepared is None else now.prepared.protected
         return Section((Same(snapshot), Same(zones), margin), lambda: nearness_section(snapshot, zones, margin))
 

@@ -42,9 +42,9 @@ export class TruthGroup {
   }
 
   /** @param {StageView} stage */
-  stage({ name, label, unit, most, step, value, on, known, hint }) {
-    return html`<li title=${hint}>
-      <label class="check"><input type="checkbox" data-stage=${name} .checked=${live(on)}
+  stage({ name, label, unit, most, step, value, on, known, hint, refusal }) {
+    return html`<li title=${refusal || hint}>
+      <label class="check"><input type="checkbox" data-stage=${name} .checked=${live(on)} ?disabled=${Boolean(refusal)}
         @change=${(/** @type {Event} */ event) => this.send({ [name]: checked(event) ? value : null })}>${label}</label>
       <input type="number" data-size=${name} aria-label="${label} in ${unit}" min="0" max=${most} step=${step} .value=${unlessFocused(String(Number(fixed(value, 3))))}
         ?disabled=${!on || known} @change=${(/** @type {Event} */ event) => this.send({ [name]: size(event, most) })}>

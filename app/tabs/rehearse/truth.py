@@ -21,6 +21,7 @@ from app.workspace.layers import Layer
 from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.arrays import Array
 from vfix_engine.control import ControlSettings
+from vfix_engine.errors import InputError
 from vfix_engine.study.error_chain import (
     Compliance,
     EncoderError,
@@ -37,6 +38,8 @@ from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 ARM_MM = 200.0  # from a revolute joint to the tip: backlash that shows as large as that of a prismatic one
 HEAD_PERIOD_S = 4.0  # of breathing
 DRAWN_MM = 0.667  # localisation error of the fiducials by whose registration the error has its direction and turn
+
+TOO_FAR = "The plan’s registration is off by more than any error that can be shown. Measure it anew."
 
 
 @dataclass(frozen=True)
@@ -102,7 +105,8 @@ class LiveTruth:
         self._prepared: PreparedRehearsal | None = None
         self._tool: TrueTool | None = None
         self.known: RegistrationError | None = None  # the error of the registration that the plan goes by
-        self._begun_with: RegistrationError | None = None
+        self.too_far = False  # that registration is wrong by more than any chain has
+        self._begun_with: tuple[RegistrationError | None, bool] = (None, False)
         self._snapshot: Any = None
         self.now: Truth | None = None
         self.clearance_mm: float | None = None
@@ -111,17 +115,29 @@ class LiveTruth:
         """Another chain, from now on."""
         self.asked, self._prepared, self._snapshot = asked, None, None
 
+    def know(self, services: Services, plan: Plan | None) -> None:
+        """Read the error of the plan's registration anew."""
+        try:
+            self.known, self.too_far = known_error(services, plan), False
+        except InputError:
+            self.known, self.too_far = None, True
+
+    def _size(self, stage: Stage) -> float | None:
+        """The number of a stage; None where it is off, as that of a registration that is no small error."""
+        value: float | None = getattr(self.asked, stage.name)
+        return None if stage.name == "registration" and self.too_far else value
+
     @property
     def on(self) -> bool:
         """Whether any stage is."""
-        return any(getattr(self.asked, stage.name) is not None for stage in STAGES)
+        return any(self._size(stage) is not None for stage in STAGES)
 
     def follow(self, snapshot: Any, prepared: PreparedRehearsal | None) -> None:
         """Read the newest snapshot."""
         if snapshot is None or prepared is None or not self.on:
             self.now = self.clearance_mm = self._snapshot = None
             return
-        if prepared is not self._prepared or self.known != self._begun_with:
+        if prepared is not self._prepared or (self.known, self.too_far) != self._begun_with:
             self._begin(prepared)
         if snapshot is self._snapshot or self._tool is None:
             return
@@ -131,10 +147,11 @@ class LiveTruth:
         self.clearance_mm = None if prepared.tree is None else prepared.tree.clearance(self.now.segments, reach)
 
     def _begin(self, prepared: PreparedRehearsal) -> None:
-        self._prepared, self._begun_with = prepared, self.known
+        self._prepared, self._begun_with = prepared, (self.known, self.too_far)
         points = prepared.spec.scene.path_points
         about = np.zeros(3) if points is None else np.asarray(points).mean(axis=0)
-        chain, scene = chain_of(self.asked, self.known, about), prepared.spec.scene
+        asked = self.asked.model_copy(update={stage.name: self._size(stage) for stage in STAGES})
+        chain, scene = chain_of(asked, self.known, about), prepared.spec.scene
         tool = scene.tool_itself()
         on_robot = prepared.spec.world == "rigid"
         robot = scene.robot_model().placed(np.asarray(scene.base), tool) if on_robot else None
@@ -142,7 +159,7 @@ class LiveTruth:
 
     def section(self, settings: ControlSettings, mine: bool) -> Section[TruthSection]:
         """What the page shows. mine: this client drives, so that it may compensate."""
-        key = Same(self.now), tuple(self.asked.model_dump().items()), self.known, settings, mine
+        key = Same(self.now), tuple(self.asked.model_dump().items()), self.known, self.too_far, settings, mine
         return Section(key, lambda: self._section(settings, mine))
 
     def _section(self, settings: ControlSettings, mine: bool) -> TruthSection:
@@ -172,7 +189,7 @@ class LiveTruth:
         return [Layer("rehearse.truth", key, TruthNodes, lambda nodes: nodes.show(now.believed, now.true))]
 
     def _stage(self, stage: Stage) -> StageView:
-        value = getattr(self.asked, stage.name)
+        value = self._size(stage)
         known = self.known if stage.name == "registration" else None
         size = stage.value if value is None else float(value)
         if known is not None:
@@ -187,17 +204,20 @@ class LiveTruth:
             "on": value is not None,
             "known": known is not None,
             "hint": stage.hint,
+            "refusal": TOO_FAR if stage.name == "registration" and self.too_far else "",
         }
 
 
 def known_error(services: Services, plan: Plan | None) -> RegistrationError | None:
     """The error of the plan's registration at the middle of its path; None where it is not known.
 
-    It is known where all of it was measured with the simulated pointer.
+    It is known where all of it was measured with the simulated pointer. Raises InputError where it is too large for
+    an error, as when beads were interchanged.
     """
     if plan is None or plan.content.registration is None or not plan.content.points:
         return None
-    document = services.registering.registration_of(plan).document
+    use = services.registering.registration_of(plan)
+    document = use.document if use.state == "ready" else None  # no robot is placed by another one
     motion = None if document is None else simulated_error(document.content, plan.case_id)
     if motion is None:
         return None

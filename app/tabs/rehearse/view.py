@@ -93,8 +93,13 @@ def control_view(now: RehearsalRecord) -> ControlView:
         "mode": control.mode,
         "device": control.device,
         "preset": now.preset,
-        "certified": control.mode != FREEHAND and (now.snapshot is None or now.snapshot.certified),
+        "certified": is_certified(now),
     }
+
+
+def is_certified(now: RehearsalRecord) -> bool:
+    """Whether every motion of what is there is certified; where nothing is, of what will be (HAZ-41)."""
+    return now.control.mode != FREEHAND and (now.snapshot is None or now.snapshot.certified)
 
 
 def _contact(one: Contact) -> ContactView:

@@ -8,7 +8,8 @@ import { paired, pairsOf } from "./pairs.js";
 /** @import { RunTitle, ScorePublic } from "/static/js/types.js" */
 
 /** @typedef {{ run: RunTitle, score: ScorePublic }} Scored */
-/** @typedef {{ name: string, unit: string, digits: number, of: (score: ScorePublic) => number | null, more?: boolean }} Figure more: a larger value is better */
+/** @typedef {{ name: string, unit: string, digits: number, of: (score: ScorePublic) => number | null, more?: boolean, most?: (score: ScorePublic) => number }} Figure
+ *   more: a larger value is better. most: it is at least that where it is that, as farther away nothing was measured */
 
 /** @type {Figure[]} */
 export const FIGURES = [
@@ -16,7 +17,7 @@ export const FIGURES = [
   { name: "Tip error, mean", unit: "mm", digits: 3, of: ({ path_error_mm: error }) => error?.robot_frame.mean ?? null },
   { name: "Tip error, largest", unit: "mm", digits: 3, of: ({ path_error_mm: error }) => error?.robot_frame.max ?? null },
   { name: "Target error, mean", unit: "mm", digits: 2, of: ({ target_error_mm: error }) => error?.robot_frame.mean ?? null },
-  { name: "Nearest to any structure", unit: "mm", digits: 2, of: ({ least_clearance_mm: least }) => Math.min(...Object.values(least)), more: true },
+  { name: "Nearest to any structure", unit: "mm", digits: 2, of: ({ least_clearance_mm: least }) => Math.min(...Object.values(least)), more: true, most: ({ reach_mm: reach }) => reach },
   { name: "Contacts", unit: "", digits: 0, of: ({ contacts }) => contacts },
   { name: "Deepest contact", unit: "mm", digits: 2, of: ({ max_depth_mm: depth }) => depth },
   { name: "Held", unit: "s", digits: 1, of: ({ held_s: held }) => held },
@@ -47,12 +48,13 @@ export class CompareTable {
    * @param {Figure} figure
    * @param {Scored[]} scored
    */
-  row({ name, unit, digits, of, more = false }, scored) {
+  row({ name, unit, digits, of, more = false, most }, scored) {
     const values = scored.map(({ score }) => of(score));
     if (values.every((value) => value === null)) return nothing;
     const [first] = values;
     return html`<tr><th scope="row">${name}${unit ? html` <span class="unit">${unit}</span>` : nothing}</th>${values.map((value, index) => {
-      const cell = html`<td class="number">${fixed(value, digits)}</td>`;
+      const { score } = scored[index], least = most && value !== null && value >= most(score) - 1e-6;
+      const cell = html`<td class="number">${least ? "≥ " : ""}${fixed(value, digits)}</td>`;
       if (!index) return cell;
       const by = value === null || first === null ? null : value - first;
       const worse = by !== null && Math.abs(by) >= 0.5 * 10 ** -digits && (more ? by < 0 : by > 0);
@@ -73,9 +75,9 @@ export class CompareTable {
       const differences = pairs.map((pair) => pair.map(({ score }) => /** @type {number | null | undefined} */ (Reflect.get(score ?? {}, key))))
         .flatMap(([one, two]) => (typeof one === "number" && typeof two === "number" ? [two - one] : []));
       const told = paired(differences);
-      return told ? [`${name} ${signed(told.mean, Number(digits))} ± ${fixed(told.half, Number(digits))} ${unit}`] : [];
+      return told ? [`${name} ${signed(told.mean, Number(digits))} ± ${fixed(told.half, Number(digits))} ${unit} of ${told.n} plans`] : [];
     });
-    const line = found.length ? `${modeWord(b)} against ${modeWord(a).toLowerCase()}, ${pairs.length} plans in both: ${found.join("; ")} (mean difference, 95 %).`
+    const line = found.length ? `${modeWord(b)} against ${modeWord(a).toLowerCase()}: ${found.join("; ")} driven both ways (mean difference, 95 %).`
       : `Statistics need three plans driven both ways; there ${pairs.length === 1 ? "is one" : `are ${pairs.length}`}.`;
     return html`<p class="words">${line}</p>`;
   }

@@ -39,7 +39,8 @@ export function errorAlongPath(runs) {
 export function overTime(runs, of) {
   const x = [...new Set(runs.flatMap(({ t_s: times }) => times))].sort((a, b) => a - b);
   const lines = runs.map((series) => {
-    const values = new Map(series.t_s.map((t, index) => [t, of(series)[index]]));
+    const its = of(series);
+    const values = new Map(series.t_s.map((t, index) => [t, its[index]]));
     let last = /** @type {number | null} */ (null);
     const end = series.t_s.at(-1) ?? 0;
     return x.map((t) => {

@@ -78,6 +78,12 @@ export class Dock {
     const { player } = this;
     const target = /** @type {Partial<HTMLElement>} */ (event.target);
     if (target.id !== "run-time") return;
+    if (event.code === "Space") { // the page leaves it to a field that has the focus
+      event.preventDefault();
+      event.stopPropagation();
+      if (!event.repeat) player.toggle();
+      return;
+    }
     const by = { ArrowLeft: -STEP_S, ArrowRight: STEP_S, PageDown: -COARSE_S, PageUp: COARSE_S, Home: -Infinity, End: Infinity }[event.key];
     if (by === undefined) return;
     event.preventDefault();

@@ -41,7 +41,13 @@ export default class ReviewPanel {
     this.scores = new Map();
     /** @type {Map<string, SeriesPublic>} */
     this.series = new Map();
-    jobWatch.addEventListener("change", () => { if (this.shown) this.refresh(); });
+    /** @type {Map<string, Promise<void>>} answers on their way, by what was asked */
+    this.asking = new Map();
+    /** @type {Map<string, string>} why there is none, by what was asked */
+    this.troubles = new Map();
+    /** @type {string[]} ids of the jobs that store a run now */
+    this.storing = [];
+    jobWatch.addEventListener("change", () => this.hear());
     connection.on("state", ({ state }) => { if (this.shown && state.step?.name !== "review") this.leave(); });
     keys.shortcuts.push((event) => this.key(event));
   }
@@ -52,8 +58,7 @@ export default class ReviewPanel {
     const request = takeRunRequest();
     if (head !== this.caseId) {
       Object.assign(this, { caseId: head, runs: [], openId: null, beside: [], trouble: "" });
-      this.scores.clear();
-      this.series.clear();
+      for (const known of [this.scores, this.series, this.troubles]) known.clear();
       this.player.load(null, null);
       this.shown = false;
     }
@@ -64,6 +69,14 @@ export default class ReviewPanel {
       this.refresh(request?.at);
     }
     this.render();
+  }
+
+  /** A run is stored by a job; once that is gone the list has another run. */
+  hear() {
+    const now = jobWatch.items.filter(({ kind }) => kind === "run").map(({ id }) => id);
+    const stored = this.storing.some((id) => !now.includes(id));
+    this.storing = now;
+    if (stored && this.shown) this.refresh();
   }
 
   leave() {
@@ -114,11 +127,7 @@ export default class ReviewPanel {
     if (this.player.main?.run.id !== this.openId) this.player.load(null, null); // nothing of another run while it comes
     this.render();
     const ids = [this.openId, ...this.beside].filter((id) => id !== null);
-    try {
-      await Promise.all(ids.flatMap((id, index) => [this.know(this.scores, id, scoreOf), ...(index < 2 ? [this.know(this.series, id, seriesOfRun)] : [])]));
-    } catch (error) {
-      if (request === this.asked) this.tell(error);
-    }
+    await Promise.all(ids.flatMap((id, index) => [this.know(this.scores, id, scoreOf), ...(index < 2 ? [this.know(this.series, id, seriesOfRun)] : [])]));
     if (request !== this.asked || !this.shown) return;
     const [main, ghost] = [this.openId, this.beside[0]].map((id) => {
       const run = this.runs.find((one) => one.id === id), series = this.series.get(id ?? "");
@@ -131,13 +140,21 @@ export default class ReviewPanel {
   }
 
   /**
+   * Ask for what is neither known nor on its way; why it cannot be had is noted.
    * @template Value
    * @param {Map<string, Value>} known
    * @param {string} id
    * @param {(id: string) => Promise<Value>} ask
    */
   async know(known, id, ask) {
-    if (!known.has(id)) known.set(id, await ask(id));
+    if (known.has(id)) return;
+    const name = askedOf(ask, id);
+    const answer = this.asking.get(name) ?? ask(id).then((value) => {
+      known.set(id, value);
+      this.troubles.delete(name);
+    }, (error) => { this.troubles.set(name, error instanceof Error ? error.message : String(error)); }).finally(() => this.asking.delete(name));
+    this.asking.set(name, answer);
+    await answer;
   }
 
   /** @param {string | null} id */
@@ -162,10 +179,15 @@ export default class ReviewPanel {
    * @param {ScorePublic | undefined} score
    */
   result(run, score) {
-    if (!score) return titled(`Run of ${runName(run)}`, null, html`${modeLine(run.mode, isUncertified(run))}<p class="words" role="status">Scoring the run …</p>`);
+    const trouble = this.troubles.get(askedOf(scoreOf, run.id)), unplayed = this.troubles.get(askedOf(seriesOfRun, run.id));
+    if (!score) {
+      return titled(`Run of ${runName(run)}`, null, html`${modeLine(run.mode, isUncertified(run))}
+        <p class=${trouble ? "words caution" : "words"} role="status">${trouble ? `No score: ${trouble}` : "Scoring the run …"}</p>`);
+    }
     const holds = feltHolds(score);
     return html`${titled(`Run of ${runName(run)}`, null, html`
       ${modeLine(run.mode, !score.certified)}
+      ${unplayed ? html`<p class="words caution" role="status">No replay: ${unplayed}</p>` : nothing}
       ${scoreFacts(score)}
       ${holds.length ? html`<h3>${score.certified ? "Held" : "Contacts"}</h3>${holdList(holds, ({ t_s: at }) => this.goTo(at), MOST_HOLDS)}` : nothing}
       <button type="button" class="wide" id="report-runs" title="A page to print, with the runs beside" @click=${() => saveReport([run.id, ...this.beside])}>Report</button>`)}`;
@@ -188,6 +210,14 @@ export default class ReviewPanel {
     this.player.toggle();
     return true;
   }
+}
+
+/**
+ * @param {(id: string) => Promise<unknown>} ask
+ * @param {string} id of a run
+ */
+function askedOf(ask, id) {
+  return `${ask.name} ${id}`;
 }
 
 /**

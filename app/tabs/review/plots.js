@@ -1,7 +1,7 @@
 // The plots of a run, with a mark at the time that is shown; a press or drag upon one goes there.
 import { h } from "/static/js/dom.js";
 import { fixed } from "/static/js/format.js";
-import { millimetres } from "/static/js/runs.js";
+import { UNCERTIFIED, millimetres, modeWord } from "/static/js/runs.js";
 import { plotInto, plotOptions } from "/static/js/plot-line.js";
 import { THEMED } from "/static/js/theme.js";
 import { errorAlongPath, leastClearance, overTime, sampleAt, speeds, timeAlong } from "./curves.js";
@@ -19,10 +19,19 @@ const GHOST = { colour: "--ghost", width: 1.25, dash: [5, 4] };
  *   along: x is the path in mm, not time. now: words for the sample of a number
  */
 
+/**
+ * The key of a run's line: how it was driven, and that it had no certificate (HAZ-41).
+ * @param {Pick<SeriesPublic, "mode" | "certified">} series
+ * @param {string} [place]
+ */
+export function keyOfRun({ mode, certified }, place = "") {
+  return { name: `${place}${modeWord(mode)}`, ...(certified ? {} : { caution: UNCERTIFIED }) };
+}
+
 /** @param {SeriesPublic} main @param {SeriesPublic | null} ghost @returns {Content[]} */
 export function contentsOf(main, ghost) {
   const runs = ghost ? [main, ghost] : [main];
-  const two = () => [{ name: "this run", colour: "--accent" }, ...(ghost ? [{ name: "beside", ...GHOST }] : [])];
+  const two = () => [{ ...keyOfRun(main), colour: "--accent" }, ...(ghost ? [{ ...keyOfRun(ghost, "Beside: "), ...GHOST }] : [])];
   const value = (/** @type {number | null | undefined} */ number, /** @type {number} */ digits, /** @type {string} */ unit) => (number === null || number === undefined ? "" : `${fixed(number, digits)} ${unit}`);
   const least = leastClearance(main), moving = speeds(main);
   const inspected = main.progress_mm.every((s) => s === null) || errorAlongPath([main]).x.length < 2;
@@ -45,10 +54,10 @@ export function contentsOf(main, ghost) {
 }
 
 /** The name of a line with its colour. @param {Line} line */
-function keyOf({ name, colour, dash }) {
+function keyOf({ name, colour, dash, caution }) {
   const swatch = h("i", { class: dash ? "dashed" : "" });
   swatch.style.borderTopColor = `var(${colour})`;
-  return h("span", {}, swatch, name);
+  return h("span", { class: caution ? "uncertified" : "", title: [name, caution].filter(Boolean).join(", ") }, swatch, name);
 }
 
 export class Plots {

@@ -1,10 +1,10 @@
-// Plots by uPlot in the page's colours, with a cursor that other parts set and hear.
+// Plots by uPlot in the page's colours.
 import uPlot from "/static/lib/uplot/dist/uPlot.esm.js";
 import { fixed } from "./format.js";
 
 /** @import { AlignedData, Axis, Options, Series } from "/static/lib/uplot/dist/uPlot.esm.js" */
 
-/** @typedef {{ name: string, colour: string, width?: number, dash?: number[], points?: boolean }} Line colour: of the page, such as '--accent' */
+/** @typedef {{ name: string, colour: string, width?: number, dash?: number[], points?: boolean, caution?: string }} Line colour: of the page, such as '--accent'. caution: about what it is of */
 
 const FONT = "11px system-ui, sans-serif";
 
@@ -18,11 +18,11 @@ export function themed(name) {
 
 /**
  * Options that all plots share: axes in the page's colours, a thin cursor, no legend of uPlot's own.
- * @param {{ width: number, height: number, lines: Line[], x: (value: number) => string, unit: string, digits?: number, sync?: string, least?: number | null }} what
+ * @param {{ width: number, height: number, lines: Line[], x: (value: number) => string, unit: string, digits?: number, least?: number | null }} what
  *   x: words of a value of the x axis. least: lower end of the y axis, null for that of the data
  * @returns {Options}
  */
-export function plotOptions({ width, height, lines, x, unit, digits = 1, sync, least = 0 }) {
+export function plotOptions({ width, height, lines, x, unit, digits = 1, least = 0 }) {
   const faint = () => themed("--text-faint"), grid = { stroke: () => themed("--line"), width: 1 };
   /** @type {Axis} */
   const common = { stroke: faint, grid, ticks: { show: false }, font: FONT };
@@ -30,7 +30,7 @@ export function plotOptions({ width, height, lines, x, unit, digits = 1, sync, l
     width, height,
     padding: [6, 18, 0, 0],
     legend: { show: false },
-    cursor: { drag: { x: false, y: false }, points: { size: 6 }, ...(sync ? { sync: { key: sync } } : {}) },
+    cursor: { drag: { x: false, y: false }, points: { size: 6 } },
     scales: { x: { time: false }, y: { range: (...[, low, high]) => rangeOf(least ?? low, high) } },
     axes: [
       { ...common, size: 22, values: (...[, values]) => values.map((value) => x(value)) },

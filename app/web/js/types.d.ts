@@ -1046,7 +1046,11 @@ export interface TruthSection {
   below_margin: boolean;
 }
 
-/** A stage of the error chain with its one number; known: it is that of the plan's own registration. */
+/**
+ * A stage of the error chain with its one number; known: it is that of the plan's own registration.
+ *
+ * refusal: why it cannot be switched on, '' where it can.
+ */
 export interface StageView {
   name: string;
   label: string;
@@ -1057,6 +1061,7 @@ export interface StageView {
   on: boolean;
   known: boolean;
   hint: string;
+  refusal: string;
 }
 
 export interface Hello {

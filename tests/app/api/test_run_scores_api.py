@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import shutil
 import tarfile
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from rest_client import Client, opened_client
 
-from app.drives.run_scores import FILE
+from app.api.run_scores import report_name
+from app.drives.run_scores import FILE, RunScores
 from app.services import Services, build_services
 from app.settings import Settings
 from vfix_engine.runtime.run import Run
@@ -55,9 +58,9 @@ def test_a_run_is_scored_once_and_its_series_are_downloaded(services: Services) 
     assert len(told["t_s"]) == len(told["segments"]) == len(told["speed"][0]) <= 30 * series.t[-1] + 1
     assert told["t_s"][-1] == pytest.approx(series.t[-1], abs=1e-4)
     assert np.array(told["segments"])[-1, 0, 3:] == pytest.approx(series.tip[-1], abs=1e-3)
-    least = series.clearance.min()
-    if (series.clearance < series.reach[:, None]).any():
-        assert min(v for row in told["clearance_mm"] for v in row if v is not None) == pytest.approx(least, abs=1e-4)
+    near = series.clearance[series.clearance < series.reach[:, None]]
+    least = min((v for row in told["clearance_mm"] for v in row if v is not None), default=np.inf)
+    assert least == pytest.approx(near.min(initial=np.inf), abs=1e-4)
 
     for what in ("score", "series"):
         refused = client.get(f"/api/v1/runs/{snake['id']}/{what}")
@@ -67,19 +70,32 @@ def test_a_run_is_scored_once_and_its_series_are_downloaded(services: Services) 
 
     page = client.get(f"{path}/report", params={"beside": rigid["id"]})
     assert page.headers["content-type"].startswith("text/html")
-    assert f'filename="{rigid["id"]}.html"' in page.headers["content-disposition"]
+    assert f'filename="{rigid["id"]}-hands-on.html"' in page.headers["content-disposition"]
+    free = replace(services.runs.get(rigid["id"]), manifest={"world": "freehand", "mode": "freehand"})
+    assert report_name(free).endswith("-freehand-without-certificate.html"), "HAZ-41"
+    odd = replace(free, manifest={"world": "freehand", "mode": 'a"\r\nb'})
+    assert report_name(odd).endswith("-a-b-without-certificate.html")
     assert "Not for clinical use" in page.text
     assert client.get(f"{path}/report", params={"beside": snake["id"]}).status_code == 422
+    folder = services.runs.new_folder()
+    with services.runs.laid_out(rigid["id"]) as place:
+        shutil.copytree(place, folder)
+    again = services.runs.keep(folder, origin="page")
+    both = client.get(f"{path}/report", params={"beside": again.id})
+    assert (both.status_code, "<h1>2 runs" in both.text, again.id in both.text) == (200, True, True)
 
     key = rigid["files"]["ticks.f64"]["sha256"]
     services.sweep()
     kept = services.store.derived.path(key, FILE)
     assert kept is not None
-    kept.write_text("{", encoding="utf-8")
-    assert type(services.run_scores)(services.store, services.runs).of(rigid["id"]) == services.run_scores.of(
-        rigid["id"]
-    )
-    assert client.delete(path).status_code == 204
+    changed = kept.read_text(encoding="utf-8").replace('"contacts": 0', '"contacts": "none"')
+    for damage in ("{", "[]", "{}", '"x"', "null", '{"score": {}, "sha256": ""}', changed):
+        kept.write_text(damage, encoding="utf-8")
+        assert RunScores(services.store, services.runs).known(services.runs.get(rigid["id"])) is None, damage
+    anew = RunScores(services.store, services.runs).of(rigid["id"])
+    assert anew == services.run_scores.of(rigid["id"])
+    for run_id in (rigid["id"], again.id):
+        assert client.delete(f"/api/v1/runs/{run_id}").status_code == 204
     services.sweep()
     assert services.store.derived.path(key, FILE) is None
     client.close()

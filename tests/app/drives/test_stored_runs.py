@@ -152,6 +152,27 @@ def test_a_file_that_a_deleted_run_took_along_is_stored_again(
     assert second.files["spec.npz"].sha256 == spec
 
 
+@pytest.mark.parametrize("error", [StorageError("the disk is full."), ValueError("Out of range float values"), None])
+def test_a_run_that_cannot_be_scored_is_stored_all_the_same(
+    runs: RunService, plans: PlanService, case: Case, error: Exception | None
+) -> None:
+    class Scores:
+        def of(self, run_id: str) -> None:
+            if error is not None:
+                raise error
+
+    jobs, scores = Jobs(), Scores()  # type: Jobs, Any
+    plan = plans.create(case.id, "Plan")
+    recording = Recordings(jobs, runs, scores).new(case.id, plan.id, plan.name)
+    write_run(recording.folder)
+    recording.keep()
+    (job,) = jobs.list(case.id)
+    done = jobs.wait(job.id, 10)
+    assert (done.state, done.document_id) == ("done", plan.id)
+    assert [run.id for run in runs.list(case.id, plan.id)] == [done.result]
+    jobs.close()
+
+
 def test_a_recording_is_stored_by_a_job_once_its_drive_has_ended(
     runs: RunService, plans: PlanService, case: Case, settings: Settings
 ) -> None:

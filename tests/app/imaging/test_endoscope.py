@@ -13,6 +13,7 @@ from session_doubles import HEAD, case_of_ct
 
 from app.cases.service import Case, CaseFrame
 from app.imaging import endoscope
+from app.imaging.endoscope import EndoscopeSurface
 from app.imaging.endoscope_file import HEADER, MAGIC, VERSION, EndoscopeFile
 from app.services import Services
 from vfix_engine.arrays import Array
@@ -162,3 +163,15 @@ def test_a_damaged_file_is_refused() -> None:
     for data in (b"", b"VFXS" + bytes(60), MAGIC + np.array([VERSION, 1, 1, 1], "<u4").tobytes() + bytes(28)):
         with pytest.raises(InputError):
             EndoscopeFile(data)
+
+
+def test_surfaces_of_two_heads_wait_for_each_other_without_a_thread(
+    services: Services, case: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lanes: list[str] = []
+    monkeypatch.setattr(services.jobs, "submit", lambda work, **how: lanes.append(how["lane"]))
+    other = case_of_ct(services, "Another", services.cases.volume(case))
+    for one in (case, other):
+        box = np.array([[-9.0] * 3, [9.0] * 3])
+        EndoscopeSurface(services.store, services.cases, services.jobs, box, None).start(one.id)
+    assert lanes == ["endoscope", "endoscope"]

@@ -401,9 +401,25 @@ def test_another_implementation_hears_that_a_registration_does_not_apply_any_mor
 
 def test_another_implementation_hears_where_the_tool_is(parts: Parts, peer: Any) -> None:
     peer.wait_for_message("Path", timeout=5)
-    parts.live.show_tool(TURN)
+    parts.live.show_tool(TURN, "hands-on")
     matrix = peer.wait_for_message("ToolTip", timeout=5).matrix
     np.testing.assert_allclose(matrix, frames.pose_to_ras(TURN), rtol=1e-6, atol=1e-7)
+    heard(peer, "ToolMode", lambda message: message.string == "hands-on")
+
+
+def test_how_the_tool_is_driven_is_said_before_the_pose_and_to_whoever_comes_later(
+    parts: Parts, link: LiveLink
+) -> None:
+    """HAZ-41: a free hand has no certificate, in 3D Slicer either."""
+    told: list[Any] = []
+    link._ended.set()
+    link._thread.join()
+    link._server.broadcast = lambda messages: told.append([one.name for one in messages])  # type: ignore[method-assign]
+    for driven in ("hands-on", "hands-on", "freehand, without the certificate"):
+        parts.live.show_tool(TURN, driven)
+        link._send_tool()
+    assert told == [["ToolMode", "ToolTip"], ["ToolTip"], ["ToolMode", "ToolTip"]]
+    assert Text("ToolMode", "freehand, without the certificate") in link._greeting()
 
 
 def test_poses_are_told_60_times_in_a_second_at_most(parts: Parts, link: LiveLink) -> None:
@@ -411,7 +427,7 @@ def test_poses_are_told_60_times_in_a_second_at_most(parts: Parts, link: LiveLin
     link._server.broadcast = lambda messages: told.extend(messages)  # type: ignore[method-assign]
     begin = time.monotonic()
     while time.monotonic() - begin < 1.0:
-        parts.live.show_tool(TURN)
+        parts.live.show_tool(TURN, "hands-on")
         time.sleep(0.001)
     poses = [one for one in told if isinstance(one, Transform)]
     assert 0 < len(poses) <= 62

@@ -10,16 +10,21 @@ import numpy as np
 import pytest
 from session_doubles import CLIENT, SAMPLE, Robot, put_in_place, sections_of, workspace_of
 
+from app.drives import drive_process
+from app.drives.prepared_drive import PreparedDrive
 from app.drives.shared_drives import SharedDrives
 from app.messages.client import Client
+from app.plans.operations.points import DeletePoint
 from app.plans.service import Plan
 from app.services import Services
 from app.tabs.rehearse import commands as c
+from app.tabs.rehearse import tab as tab_module
 from app.tabs.rehearse.drive_nodes import DriveNodes
 from app.tabs.rehearse.preparation import PreparedRehearsal, prepare
 from app.tabs.rehearse.tab import RehearseTab
 from app.tabs.rehearse.view import details_section
-from vfix_engine.errors import ControlError
+from vfix_engine.control import ControlSettings
+from vfix_engine.errors import ControlError, PlanError
 from vfix_engine.runtime.control_mode import Control
 from vfix_engine.runtime.driver import Driver
 from vfix_engine.worlds.freehand.spec import FreehandSpec
@@ -105,6 +110,57 @@ def test_to_and_from_freehand_the_drive_ends_and_another_one_stands_at_the_entry
     assert not drive.is_for(tab.made_of())
 
 
+@pytest.mark.parametrize("state", ["ready", "silent"])
+def test_a_mode_that_cannot_be_had_is_not_chosen(tab: RehearseTab, free: PreparedRehearsal, state: Any) -> None:
+    """HAZ-41: the points of the path were deleted elsewhere; the tool in the free hand goes on, and is told as one."""
+    drive, plan = tab.need_drive(), _plan(tab)
+    for point in plan.content.points[1:]:
+        tab.workspace.services.plans.do(plan.id, DeletePoint(point_id=point.id))
+    system = free.spec.build()
+    put_in_place(drive, Placed(replace(system.snapshot(system.start()), running=True)), plan)  # type: ignore[arg-type]
+    drive._prepared, drive._state = free, state
+    drive.choose(FREEHAND, None)
+    drive.lease.take(CLIENT)
+    with pytest.raises(PlanError, match="two points"):
+        _say(tab, "hands-on")
+    assert (drive.control, drive.state) == (FREEHAND, state)
+    assert sections_of(tab)["rehearsal"]["control"] == {
+        "mode": "freehand",
+        "device": "position",
+        "preset": None,
+        "certified": False,
+    }
+
+
+class Later:
+    """Does what it was given when the test says so."""
+
+    def __init__(self) -> None:
+        self.work: list[Any] = []
+
+    def submit(self, function: Any, *arguments: Any) -> None:
+        self.work.append(lambda: function(*arguments))
+
+
+@pytest.mark.parametrize(
+    ("chosen", "told"), [("teleoperated", [TELEOPERATED]), ("hands-on", [Control(device="rate")]), (None, [])]
+)
+def test_a_mode_chosen_while_the_robot_comes_is_the_one_that_is_driven(
+    tab: RehearseTab, monkeypatch: pytest.MonkeyPatch, chosen: Any, told: list[Control]
+) -> None:
+    robot, later, drive = Placed(), Later(), tab.need_drive()
+    monkeypatch.setattr(drive_process, "_process", lambda prepared: robot)
+    settings: Any = ControlSettings()
+    begun: Any = PreparedDrive(spec=settings, settings=settings, control=drive.control)
+    drive.lease.take(CLIENT)
+    drive.open(tab.made_of(), lambda: begun, later)  # type: ignore[arg-type]
+    if chosen:
+        assert _say(tab, chosen, "rate")["mode"] == chosen
+    (start,) = later.work
+    start()
+    assert (drive.state, robot.controls) == ("ready", told)
+
+
 @pytest.fixture(scope="module")
 def free(phantom_services: Services) -> PreparedRehearsal:
     return prepare(phantom_services, phantom_services.plans.get(SAMPLE), control=FREEHAND)
@@ -145,6 +201,35 @@ def test_a_free_hand_has_no_robot_and_keeps_no_margin(
     assert contact["structure"] == "bone"
     assert contact["depth_mm"] > 0.1
     assert shown["holding"].startswith("Touches: the ")
+
+
+def test_distances_to_structures_are_measured_in_sight_alone_and_not_of_every_snapshot(
+    tab: RehearseTab, free: PreparedRehearsal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system, measured = free.spec.build(), list[float]()
+    still: Any = system.snapshot(system.start())  # type: ignore[arg-type]
+
+    def measure(snapshot: Any, *_: object) -> list[Any]:
+        measured.extend([] if snapshot is None else [snapshot.t])
+        return []
+
+    monkeypatch.setattr(tab_module, "nearness_section", measure)
+    robot, drive = Placed(), tab.need_drive()
+    put_in_place(drive, robot, _plan(tab))
+
+    def show(*times: float, running: bool = True) -> list[float]:
+        measured.clear()
+        for t in times:
+            robot.shown = replace(still, t=t, running=running)
+            tab.tick()
+            sections_of(tab)
+        return list(dict.fromkeys(measured))
+
+    assert show(*(0.02 * n for n in range(10))) == pytest.approx([0.0, 0.08, 0.16])
+    assert show(0.19, running=False) == [0.19], "where it stands is told at once"
+    assert show(0.0) == [0.0], "after a reset too"
+    tab.active = False
+    assert show(1.0, 2.0) == []
 
 
 def test_the_nodes_of_a_drive_without_a_robot_are_the_tool_and_the_hand(free: PreparedRehearsal) -> None:

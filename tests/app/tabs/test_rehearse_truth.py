@@ -13,6 +13,7 @@ from session_doubles import SAMPLE, sections_of, workspace_of
 
 from app.drives.shared_drives import SharedDrives
 from app.services import Services
+from app.tabs.rehearse import truth
 from app.tabs.rehearse.commands import SetErrors
 from app.tabs.rehearse.tab import RehearseTab
 from app.tabs.rehearse.truth import STAGES, LiveTruth
@@ -90,6 +91,36 @@ def test_the_true_tip_and_tool_are_those_of_the_chain(driven: tuple[Any, list[Ri
     assert not section["may_compensate"]
 
 
+def test_a_registration_that_is_no_small_error_is_told_and_stops_nothing(
+    phantom_services: Services, driven: tuple[Any, list[RigidSnapshot]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As by beads that were interchanged: it is read whenever something is published, also while no stage is on."""
+    plan = phantom_services.plans.get(SAMPLE)
+    plan = replace(plan, content=replace(plan.content, registration="made"))
+    off = np.eye(4)
+    off[0, 3] = 51.0
+    use: Any = SimpleNamespace(state="ready", document=SimpleNamespace(content=None))
+    monkeypatch.setattr(phantom_services.registering, "registration_of", lambda _: use)
+    monkeypatch.setattr(truth, "simulated_error", lambda *_: off)
+    prepared, snapshots = driven
+    live = LiveTruth()
+    live.know(phantom_services, plan)
+    live.choose(asked(registration=0.5, head=0.3))
+    live.follow(snapshots[-1], prepared)
+    section = live.section(SETTINGS, True).build()
+    assert section["difference_mm"] <= 0.3, "that of the head alone"
+    first, *others = section["stages"]
+    assert (first["on"], first["known"], "Measure it anew" in first["refusal"]) == (False, False, True)
+    assert [stage["refusal"] for stage in others] == [""] * 4
+    off[0, 3] = 2.0
+    live.know(phantom_services, plan)
+    live.follow(snapshots[-1], prepared)
+    assert live.section(SETTINGS, True).build()["stages"][0]["value"] == 2.0
+    use.state = "misfit"
+    live.know(phantom_services, plan)
+    assert live.known is None, "no robot is placed by it"
+
+
 def test_what_the_robot_compensates_is_told(driven: tuple[Any, list[RigidSnapshot]]) -> None:
     prepared, snapshots = driven
     live = LiveTruth()
@@ -116,6 +147,6 @@ def test_the_tab_takes_a_chain_without_a_handle(phantom_services: Services) -> N
     tab.active = True
     tab.handle(asked(head=0.7))
     tab.tick()
-    truth = sections_of(tab)["truth"]
-    assert {stage["name"]: stage["on"] for stage in truth["stages"]}["head"]
-    assert truth["difference_mm"] is None, "there is no robot"
+    shown = sections_of(tab)["truth"]
+    assert {stage["name"]: stage["on"] for stage in shown["stages"]}["head"]
+    assert shown["difference_mm"] is None, "there is no robot"

@@ -141,6 +141,14 @@ def test_the_hint_of_a_paused_rehearsal_does_not_speak_of_the_entry() -> None:
     assert "plan has changed" in rehearse_hint(5, "paused", True, False, "path", "", 1, True)
 
 
+def test_the_hint_of_a_free_hand_asks_for_a_start_where_there_is_none() -> None:
+    asked, comes = (
+        rehearse_hint(5, state, True, False, "path", "", 1, False, certified=False) for state in ("absent", "starting")
+    )
+    assert asked.startswith("Press Start")
+    assert comes == "The tool is being put at the entry, in your hand."
+
+
 def test_lateness_is_told_as_median_and_99_percent() -> None:
     timing = Timing(1000.0, 90.0, 200.0, lateness_us_p50=0.14, lateness_us_p99=20.26, overruns=7)
     details = details_section(cast(Any, SimpleNamespace(timing=timing, rows=20, steps=3)))

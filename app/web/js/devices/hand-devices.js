@@ -50,6 +50,11 @@ export class HandDevices extends EventTarget {
     return this.drives && !this.channel.armed && !atRest(this.axes);
   }
 
+  /** Whether the hand may be at another window or program, which the same device drives. */
+  get isAway() {
+    return document.hidden || !document.hasFocus();
+  }
+
   /** @param {DeviceKind} kind */
   choose(kind) {
     this.channel.letGo();
@@ -97,7 +102,8 @@ export class HandDevices extends EventTarget {
   read() {
     const now = performance.now();
     this.axes = this.source?.read(now) ?? [...REST];
-    if (this.drives) this.channel.set(this.axes, now);
+    if (this.isAway) this.channel.letGo();
+    else if (this.drives) this.channel.set(this.axes, now);
     this.dispatchEvent(new Event("axes"));
   }
 }

@@ -20,7 +20,7 @@ const SILENT_MS = 100; // while it is deflected it reports every 8 or 16 ms
 const HELD = "Another program holds the SpaceMouse, such as its maker’s driver.";
 const NO_HID = "This browser has no WebHID: use Chrome or Edge.";
 
-/** Says `change` when one comes, goes, or moves. */
+/** Says `change` when one comes or goes. */
 export class SpaceMouseSource extends EventTarget {
   /** @param {{ hid?: Hid }} browser */
   constructor(browser) {
@@ -34,6 +34,8 @@ export class SpaceMouseSource extends EventTarget {
     this.raw = [...REST];
     this.at = -Infinity; // of the newest report
     this.refused = "";
+    /** @type {Promise<void> | undefined} */
+    this.closing = undefined;
     this.wanted = false; // between start and stop
     this.tell = () => this.dispatchEvent(new Event("change"));
     this.heard = (/** @type {Event} */ event) => this.hear(/** @type {InputReport} */ (event));
@@ -53,7 +55,7 @@ export class SpaceMouseSource extends EventTarget {
     this.wanted = false;
     this.hid?.removeEventListener("connect", this.came);
     this.hid?.removeEventListener("disconnect", this.gone);
-    this.device?.close();
+    if (this.device) this.closing = this.device.close().catch(() => {}); // it is closed then, too
     this.drop("");
   }
 
@@ -93,6 +95,7 @@ export class SpaceMouseSource extends EventTarget {
 
   /** @param {HidDevice} device */
   async use(device) {
+    await this.closing; // else it looks open, and is closed under our hands
     if (!device.opened) await device.open();
     if (!this.wanted) { // another device was chosen meanwhile
       await device.close();

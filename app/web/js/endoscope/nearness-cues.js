@@ -1,5 +1,6 @@
 // What a person may switch on to notice nearness without reading it: the picture's edge darkens, and a soft tone rises.
 import { h } from "../dom.js";
+import { LET_GO } from "../keys.js";
 import { keep, recall } from "../remember.js";
 
 /** @import { NearnessView, ViewModel } from "../types.js" */
@@ -8,6 +9,7 @@ const NEAR_MM = 1; // above the margin: from here on they rise
 const [LOW_HZ, HIGH_HZ] = [330, 660];
 const LOUDEST = 0.06; // of the full scale
 const SMOOTH_S = 0.08; // nothing clicks
+const FADED_MS = 1000; // after which nothing is left of a tone that was let go
 
 /** @typedef {"vignette" | "tone"} Cue */
 /** @type {[Cue, string, string][]} */
@@ -30,6 +32,10 @@ export class NearnessCues {
     this.on = { vignette: recallCue("vignette"), tone: recallCue("tone") };
     this.near = 0;
     this.buttons = CUES.map(([cue, name, title]) => h("button", { type: "button", id: `scope-${cue}`, title, onclick: () => this.turn(cue) }, name));
+    window.addEventListener(LET_GO, () => { // hidden, left or disconnected: no frame comes that would lower them
+      this.near = 0;
+      this.show();
+    });
     this.show();
   }
 
@@ -58,21 +64,39 @@ export class NearnessCues {
   }
 }
 
-/** A sine that is silent at 0, and at most soft. */
+/** A sine that is silent at 0, and at most soft; while it is silent it costs nothing. */
 class Tone {
   constructor() {
     /** @type {{ context: AudioContext, pitch: AudioParam, gain: AudioParam } | null} made when it is first heard: a browser allows that after a press */
     this.made = null;
+    this.near = 0;
+    this.failed = false; // this browser or machine plays nothing
+    /** @type {ReturnType<typeof setTimeout> | undefined} */
+    this.resting = undefined;
   }
 
   /** @param {number} near */
   set(near) {
-    if (!this.made && near === 0) return;
-    this.made ??= makeTone();
+    if (this.failed || near === this.near) return;
+    this.near = near;
+    this.made ??= this.make();
+    if (!this.made) return;
     const { context, pitch, gain } = this.made;
-    if (context.state === "suspended") context.resume();
+    clearTimeout(this.resting);
+    if (near > 0 && context.state === "suspended") context.resume().catch(() => {}); // it is asked for again with the next
+    if (near === 0) this.resting = setTimeout(() => context.suspend(), FADED_MS);
     pitch.setTargetAtTime(LOW_HZ * (HIGH_HZ / LOW_HZ) ** near, context.currentTime, SMOOTH_S);
     gain.setTargetAtTime(LOUDEST * near, context.currentTime, SMOOTH_S);
+  }
+
+  make() {
+    try {
+      return makeTone();
+    } catch (error) {
+      this.failed = true;
+      console.error("no tone can be played:", error);
+      return null;
+    }
   }
 }
 

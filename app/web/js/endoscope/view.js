@@ -89,7 +89,7 @@ export class EndoscopeView {
     const live = this.visible && LIVE.includes(rehearsal?.state ?? "");
     this.channel.follow(live && plan ? plan.id : null);
     if (!live) this.driven = null;
-    this.cues.update(state, this.visible);
+    this.cues.update(state, this.visible && this.connection.connected && !document.hidden);
     if (!this.visible) return;
     this.nearness.update(state.nearness);
     if (!this.prepare(state)) {
