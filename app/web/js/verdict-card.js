@@ -53,7 +53,7 @@ export class VerdictCard {
     const old = isOld(corridor);
     const level = verdict && old ? verdict.level : corridor.level;
     return html`
-      <div class=${old ? "card-body stale" : "card-body"} id="verdict" data-level=${level ?? ""}>
+      <div class=${`card-body${old ? " stale" : ""}${this.open ? " open" : ""}`} id="verdict" data-level=${level ?? ""}>
         <div class="card-head">
           <span class="card-icon">${iconTemplate(level ? LEVEL_ICONS[level] : "waiting")}</span>
           <div class="card-verdict"><strong class="card-word" role="status">${corridor.word || "Simulating"}<span class="visually-hidden">${spoken(corridor)}</span></strong>
