@@ -55,7 +55,7 @@ export class ClearanceGroup {
           aria-valuetext=${`${words} ${detail}`.trim()} .value=${unlessFocused(String(place))} @input=${slide}>
         <button type="button" class="plain" id="profile-hide" ?hidden=${shown === null} @click=${() => this.connection.send("clearance.hide")}>Hide tool</button>
       </div>
-      <div class="words"><span id="profile-reading">${words || "Greyed until the path is judged."}</span>
+      <div class="words"><span id="profile-reading">${words || "Updating …"}</span>
         ${more(`${detail} ${captionWords(verdict)}`.trim(), "profile-help", "About the plot")}</div>
       ${keys(verdict, scale, colours)}`;
   }

@@ -63,7 +63,7 @@ export class ToolTableGroup {
    */
   answer(plan, { tools }) {
     const earlier = keyOf(this.connection.state) !== this.askedOf;
-    return html`${hintLine("tools-words", earlier ? "Plan changed since. Ask again." : "Click a tool to choose it.", HELP, earlier)}
+    return html`${hintLine("tools-words", earlier ? "Plan changed. Ask again." : "Click a tool to choose it.", HELP, earlier)}
       <table class=${earlier ? "points earlier" : "points"} id="tool-table" aria-label="Tools along this path">
         <thead><tr><th scope="col">Tool</th><th scope="col">Fit</th><th scope="col">Bone<span class="unit">mm</span></th><th scope="col">Tissue<span class="unit">mm</span></th></tr></thead>
         <tbody>${repeat(tools, ({ tool }) => tool, (tool) => this.row(tool, plan.tool.name, earlier))}</tbody>
@@ -119,8 +119,8 @@ export class ToolTableGroup {
   async choose({ tool }, earlier) {
     const { plan } = this.connection.state;
     if (!this.table || !plan || tool === plan.tool.name) return;
-    if (plan.locked) note("Locked. Unlock to change the tool.", { error: true });
-    else if (earlier) note("Plan changed since. Ask which tool again.", { error: true });
+    if (plan.locked) note("Unlock to change the tool.", { error: true });
+    else if (earlier) note("Plan changed. Ask again.", { error: true });
     else {
       const wish = { tool, revision: plan.revision };
       await send(`/api/v1/tool_tables/${encodeURIComponent(this.table.id)}/use`, wish).catch((error) => note(sentence(error.message), { error: true }));

@@ -38,7 +38,7 @@ export class VerdictCard {
     }
     this.follow(corridor.job);
     const job = this.quiet === undefined ? state.jobs?.items.find(({ id }) => id === this.job) : undefined;
-    const aside = step?.name === "register" && corridor.verdict && !corridor.verdict.figures.some(({ name }) => name === "registration error");
+    const aside = step?.name === "register" && corridor.verdict && !isOld(corridor) && !corridor.verdict.figures.some(({ name }) => name === "registration error");
     this.changed([corridor, job, this.open, this.cancelling, aside, plan?.short_mm], () => draw(this.element, this.card(corridor, job, Boolean(aside), shortWords(plan?.short_mm ?? 0))));
   }
 
