@@ -51,11 +51,12 @@ COVERED = """() => {
   return { said: whole.length, covered: covered.map((control) => control.outerHTML.slice(0, 120)) };
 }"""
 SCROLLED = "(([box]) => box.scrollHeight - box.clientHeight)(document.querySelectorAll('#slices'))"
-# What a person would have to scroll: the page, or a part of it; and the steps of the panel that are in sight unscrolled.
+# What a person has to scroll: the page, or a part of it. And how many steps are in sight.
 SCROLL_BARS = """() => [...document.querySelectorAll('*')]
   .filter((box) => (box === document.scrollingElement ? getComputedStyle(document.body).overflowY !== 'hidden'
     : ['auto', 'scroll'].includes(getComputedStyle(box).overflowY)))
-  .filter((box) => box.clientHeight > 0 && box.scrollHeight > box.clientHeight + 1).map((box) => box.id || box.tagName)"""
+  .filter((box) => box.clientHeight > 0 && box.scrollHeight > box.clientHeight + 1)
+  .map((box) => box.id || box.tagName)"""
 STEPS_IN_SIGHT = """() => [...document.querySelectorAll('.steps-numbered .step > summary')]
   .filter((line) => line.getBoundingClientRect().bottom <= innerHeight).length"""
 ENLARGE = "(name) => window.dispatchEvent(new CustomEvent('vfix:enlarge', { detail: name }))"
