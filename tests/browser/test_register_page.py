@@ -363,7 +363,7 @@ def test_pointer_and_robot_are_practised_and_a_registration_goes_to_the_base(
     page.set_input_files("#robot-files", [tmp_path / "flange_to_base.csv"])
     expect(page.get_by_role("alert")).to_contain_text("both tables")
     page.set_input_files("#robot-files", [tmp_path / "marker_to_tracker.csv", tmp_path / "flange_to_base.csv"])
-    expect(page.locator("#tracker-figures")).to_contain_text("6 poses, from a table")
+    expect(page.locator("#tracker-figures")).to_contain_text("6 poses, table")
     np.testing.assert_allclose(
         np.reshape(got(rest, f"/api/v1/registrations/{key}")["robot"]["transform"], (4, 4)), np.eye(4), atol=1e-6
     )

@@ -201,9 +201,7 @@ def _target_rows(plan: Plan, chosen: PathEvaluation, evaluation: PlanEvaluation 
     for index, target in enumerate(plan.content.targets):
         place = " ".join(_side(value, axis) for axis, value in enumerate(target.position))
         error = "–" if off is None else f"{rounded_up(off[index]):.2f} mm"
-        cone = (
-            "–" if target.id not in cones else f"{cones[target.id]:.0f}° cone" if cones[target.id] else "not seen"
-        )
+        cone = "–" if target.id not in cones else f"{cones[target.id]:.0f}° cone" if cones[target.id] else "not seen"
         yield TableRow((target.label, place, cone, error))
 
 

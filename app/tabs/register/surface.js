@@ -37,7 +37,7 @@ export class SurfaceGroup {
     this.state = h("p", { class: "words", id: "surface-state", role: "status" });
     this.refineButton = h("button", { type: "button", class: "wide", id: "refine-surface", onclick: () => this.refine() }, "Refine");
     this.figures = h("dl", { class: "facts", id: "surface-figures" });
-    this.warning = line("Residual is not accuracy. Touched points slide along the surface, and the worst are left out. Judge by the measured points: they took no part.", { class: "words caution", id: "surface-warning" });
+    this.warning = line("The residual is not the accuracy. Touched points slide along the surface, and the worst are left out. Judge by the measured points: they took no part.", { class: "words caution", id: "surface-warning" });
     this.forgetButton = h("button", { type: "button", class: "wide", id: "forget-surface", onclick: () => this.forget() }, "Forget");
     this.element = h("div", { class: "fields" }, line(WHAT),
       h("div", { class: "field" }, h("label", { class: "field-label", for: "surface-structure" }, "Touched structure"), this.structure),
