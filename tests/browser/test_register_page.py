@@ -408,5 +408,5 @@ def test_pointer_and_robot_are_practised_and_a_registration_goes_to_the_base(
     page.fill("#filter-registrations", "trial 4")
     expect(page.locator("#registrations .row")).to_have_count(1)
     page.fill("#filter-registrations", "none")
-    expect(page.get_by_text("None found.")).to_be_visible()
+    expect(page.locator("[data-step-name=registrations]").get_by_text("None found.")).to_be_visible()
     assert station.errors == []
