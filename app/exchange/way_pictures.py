@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.exchange.report.cut import PLANES, Plane, line, outline
+from app.exchange.report.cut import PLANES, Plane, coarse, line, outline
 from app.kit.cache import Cache
 from app.kit.errors import NotFound
 from app.kit.jobs import Job, Jobs, Progress
@@ -23,7 +23,6 @@ from vfix_engine.suggestion import Alternative
 _KEPT = 16  # suggestions, as many as are remembered
 _OUTSIDE_MM = 22.0  # length of the shaft that is shown before the entry
 _MARGIN_MM = 5.0  # around path and shaft
-_STEP_MM = 0.5  # finer details of the outline are not drawn
 _SPACING_MM = 1.0  # between the drawn places of a path
 _ASPECT = 0.625  # height of a picture to its width
 # The planes that a path in the nose lies in, its front at the left of both: the axial one is turned by a quarter.
@@ -129,9 +128,7 @@ def _frame(poses: Sequence[_Pose], bone: TriangleMesh) -> _Frame:
     centre[plane.through] = np.median(paths[:, plane.through])
     width, height = np.abs(plane.project(shown, centre)).max(axis=0) + _MARGIN_MM
     width = max(float(width), float(height) / _ASPECT)
-    segments = np.round(outline(plane, bone, centre, width) / _STEP_MM) * _STEP_MM
-    segments = np.unique(segments[(segments[:, 0] != segments[:, 1]).any(axis=1)], axis=0)
-    drawn = "".join(f"M{a:g} {b:g}L{c:g} {d:g}" for a, b, c, d in segments.reshape(-1, 4))
+    drawn = coarse(outline(plane, bone, centre, width))
     return _Frame(plane, centre, np.array([width, _ASPECT * width]), drawn)
 
 

@@ -119,7 +119,7 @@ def doubt_parts(worst: Doubt | None, unknown: bool) -> tuple[VerdictPhrase, ...]
             VerdictPhrase(f", more than the {max(worst.clearance_mm, 0.0):.2f} mm to {worst.nearest}."),
         )
     less = f", less than the margin of {worst.margin_mm:.2f} mm." if worst.left_mm < worst.margin_mm else "."
-    off = f" With the registration error of {rounded_up(worst.off_mm):.2f} mm (95 %), "
+    off = f" With the registration error of {rounded_up(worst.off_mm):.2f} mm there (95 %), "
     return (VerdictPhrase(f"{off}{worst.left_mm:.2f} mm to {worst.nearest} are left "), at, VerdictPhrase(less))
 
 

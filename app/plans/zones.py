@@ -25,6 +25,9 @@ LARGEST_DEPTH_MM = 20.0
 # In the order in which new zones take them: violets, since no outline of bone, path, tool, margin or target is near
 # them, to colour-blind eyes either.
 COLOURS = (DEFAULT_COLOUR, "#7650e8", "#b15cff", "#6a3de8", "#8a3ffc", "#9d4edd")
+# What new zones took before, in the same order; plans that were stored then have them.
+_FORMER_COLOURS = ("#e0b04c", "#c97bd1", "#7fb069", "#e07a5f", "#6fa8dc", "#b8a1e3")
+_DRAWN = dict(zip(_FORMER_COLOURS, COLOURS, strict=True))
 
 
 @dataclass(frozen=True)
@@ -46,6 +49,11 @@ class PlanZone:
     max_depth_mm: float | None = None
     colour: str = DEFAULT_COLOUR
     visible: bool = True
+
+    @property
+    def drawn_colour(self) -> str:
+        """The colour in which it is drawn: of a former default the present one, else its own."""
+        return _DRAWN.get(self.colour.lower(), self.colour)
 
 
 @dataclass(frozen=True)

@@ -90,8 +90,8 @@ def error_table(content: RegistrationContent, plan: Plan | None) -> ErrorTable:
     if content.to == "base" and content.robot is not None:
         short += " The error of the robot's calibration is in it."
     fre = report.fre_mm
-    fit = "" if fre is None else f"{fre:.2f} mm FRE is how well the points fit, not the error. "
-    return ErrorTable(report.fle_mm, report.fle_source, targets, path, f"{fit}{short}", short)
+    fit = "" if fre is None else f" FRE, {fre:.2f} mm, is how well the points fit, not the error."
+    return ErrorTable(report.fle_mm, report.fle_source, targets, path, f"{short}{fit}", short)
 
 
 def _why_not(content: RegistrationContent, report: FitReport) -> str:
@@ -142,12 +142,11 @@ def _along(content: RegistrationContent, plan: Plan) -> ErrorAlongPath | None:
 
 
 def _words(targets: tuple[ErrorAtTarget, ...], path: ErrorAlongPath | None) -> str:
-    if targets:
-        worst = max(targets, key=lambda target: target.error.within_95_mm)
-        where, radius = f"at ‘{worst.label}’" if worst.label else "at the target", worst.error.within_95_mm
-    elif path is not None:
-        where, radius = "at the worst place of the path", path.worst.within_95_mm
-    else:
+    places = [(one.error.within_95_mm, f"at ‘{one.label}’" if one.label else "at the target") for one in targets]
+    if path is not None:
+        places.append((path.worst.within_95_mm, f"on the path, at {path.worst_mm:.0f} mm"))
+    if not places:
         return "The plan has no target and no path yet."
-    told = f"{where[0].upper()}{where[1:]} the registration error is below {rounded_up(radius):.2f} mm in 95 % of cases"
-    return f"{told}; tool and tracking errors come on top."
+    radius, where = max(places)
+    told = f"Registration error below {rounded_up(radius):.2f} mm in 95 % of cases"
+    return f"{told} (most {where}); tool and tracking errors come on top."

@@ -48,7 +48,7 @@ def mark_the_orbit(page: NamedPage) -> None:
     for label, place in zip(("One corner", "The opposite corner"), ORBIT_CORNERS, strict=True):
         page.fill(label, place)
         page.page.keyboard.press("Tab")
-    page.choose("Islands", "The largest only")
+    page.choose("Islands", "Largest only")
     page.fill("Name", "Left orbit")
     page.wait("the islands", lambda: "kept" in page.page.locator("#segment-kept").inner_text())
     page.scroll_to("Threshold")

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import expect
-from workstation import Rest, Workstation
+from workstation import DRIVEN_S, Rest, Workstation
 
 pytestmark = pytest.mark.browser
 Open = Callable[..., Workstation]
@@ -51,6 +51,14 @@ COVERED = """() => {
   return { said: whole.length, covered: covered.map((control) => control.outerHTML.slice(0, 120)) };
 }"""
 SCROLLED = "(([box]) => box.scrollHeight - box.clientHeight)(document.querySelectorAll('#slices'))"
+# What a person has to scroll: the page, or a part of it. And how many steps are in sight.
+SCROLL_BARS = """() => [...document.querySelectorAll('*')]
+  .filter((box) => (box === document.scrollingElement ? getComputedStyle(document.body).overflowY !== 'hidden'
+    : ['auto', 'scroll'].includes(getComputedStyle(box).overflowY)))
+  .filter((box) => box.clientHeight > 0 && box.scrollHeight > box.clientHeight + 1)
+  .map((box) => box.id || box.tagName)"""
+STEPS_IN_SIGHT = """() => [...document.querySelectorAll('.steps-numbered .step > summary')]
+  .filter((line) => line.getBoundingClientRect().bottom <= innerHeight).length"""
 ENLARGE = "(name) => window.dispatchEvent(new CustomEvent('vfix:enlarge', { detail: name }))"
 WHOLE = "(all) => all.every((words) => words.scrollWidth <= words.clientWidth)"
 BESIDE = "document.scrollingElement.scrollWidth - innerWidth"
@@ -134,6 +142,40 @@ def test_no_control_is_cut_off_in_any_step(resized: Workstation, rest: Rest, wid
     station.picture(f"size-{width}")
     page.keyboard.press("Escape")
     expect(page.locator("#look-toggle")).to_be_focused()
+    assert station.errors == []
+
+
+@pytest.mark.parametrize(("width", "height"), [(720, 450), (1024, 600), (800, 600)])
+def test_a_low_window_has_one_scroll_bar_and_the_steps_in_sight(
+    resized: Workstation, rest: Rest, width: int, height: int
+) -> None:
+    """The verdict is folded to one line, its word and worst figure, until somebody asks why."""
+    station, page = resized, resized.page
+    resize(station, width, height)
+    page.click("[data-step=plan]")
+    station.open_plan(rest.copy_of_sample("Low window"))
+    station.wait_for("the verdict", lambda: (station.state("corridor") or {}).get("state") == "current", DRIVEN_S)
+    station.open_step("path")
+    page.evaluate("document.getElementById('panel').scrollTo(0, 0)")
+    station.slices_stand()
+    station.picture(f"low-{width}-{height}")
+    assert page.evaluate(SCROLL_BARS) == ["panel"]
+    assert page.evaluate(STEPS_IN_SIGHT) >= 4
+    card, chips = page.locator("#card"), page.locator("#card .chip")
+    assert (card.bounding_box() or {})["height"] <= 40
+    figures = station.state("corridor")["verdict"]["figures"]
+    assert len(figures) > 1
+    expect(page.locator("#card .card-word")).to_be_visible()
+    expect(chips.first).to_be_visible()
+    expect(chips.first).to_contain_text(figures[0]["name"])
+    expect(chips.nth(1)).to_be_hidden()
+    page.click("#verdict-why")
+    expect(chips.nth(1)).to_be_visible()
+    expect(page.locator("#verdict-words")).to_be_visible()
+    page.click("#verdict-why")
+    expect(chips.nth(1)).to_be_hidden()
+    page.locator("[data-step-name=export] > summary").click()
+    expect(page.locator("[data-step-name=export] > summary")).to_be_in_viewport()
     assert station.errors == []
 
 

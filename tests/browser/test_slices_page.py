@@ -97,13 +97,14 @@ def test_scrolling_and_grey_values_need_no_picture_from_the_planner(open_page: O
     station = opened(open_page)
     station.open_plan(rest.copy_of_sample("Scrolled"))
     page, label = station.page, told(station, "axial")
-    station.wait_for("the slice", lambda: label() == "S 3.5 mm")
+    start = rest.sample()["points"][0]["position"][2]
+    station.wait_for("the slice of the path's first point", lambda: label() == f"I {-start:.1f} mm")
     asked: list[str] = []
     page.on("request", lambda request: asked.append(request.url))
     step = station.state("slices")["planes"]["axial"]["step"]
     page.mouse.move(*middle(station, "axial"))
     page.mouse.wheel(0, 120)
-    station.wait_for("the next slice", lambda: cross(station)[2] == pytest.approx(3.5 + step))
+    station.wait_for("the next slice", lambda: cross(station)[2] == pytest.approx(start + step))
     reading = station.wait_for("the reading", lambda: (now := read(station, "axial"))[0].endswith(label()) and now)
     assert reading[0].split()[0] in "LR"
     assert reading[0].split()[2] in "PA"

@@ -13,7 +13,7 @@ test("the group is told in one line", () => {
 });
 
 test("figures have units and their source", () => {
-  assert.deepEqual(pointerRows(pointer).map((row) => row[1]), ["0.05 mm rms", "0.21 mm rms", "33°", "60 poses, from the tracker"]);
+  assert.deepEqual(pointerRows(pointer).map((row) => row[1]), ["0.05 mm rms", "0.21 mm rms", "33°", "60 poses, tracked"]);
   assert.deepEqual(robotRows(robot).map((row) => row[1]), ["0.10 mm rms", "0.05° rms", "1 pose, simulated"]);
 });
 

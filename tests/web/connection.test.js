@@ -31,6 +31,29 @@ async function lost(connection, code = 1006) {
   clearTimeout(connection.timer);
 }
 
+test("a new tab opens the head and plan that this browser had open last, in the step that all begin in", () => {
+  const kept = new Map();
+  globalThis.localStorage = { getItem: (key) => kept.get(key) ?? null, setItem: (key, value) => kept.set(key, value) };
+  const opened = () => {
+    new Connection().open();
+    const { tab, ...wanted } = Object.fromEntries(new URL(posted.at(-1).url).searchParams);
+    assert.ok(tab);
+    return wanted;
+  };
+  assert.deepEqual(opened(), {});
+  connected({ case: { id: "c1" }, plan: { id: "p1" }, step: { name: "rehearse" } });
+  assert.deepEqual(opened(), { case: "c1", plan: "p1", step: "rehearse" }, "this tab goes on");
+  stored.clear();
+  assert.deepEqual(opened(), { case: "c1", plan: "p1" });
+  connected({ case: { id: "c2" }, plan: null, step: { name: "patient" } });
+  stored.clear();
+  assert.deepEqual(opened(), { case: "c2" }, "the newest, and no plan of another head");
+  kept.set("vfix-open", "{half");
+  stored.clear();
+  assert.deepEqual(opened(), {}, "damaged");
+  delete globalThis.localStorage;
+});
+
 test("a command is its type and its fields", () => {
   const { connection, sent } = connected();
   connection.send("undo");

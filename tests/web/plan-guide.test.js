@@ -45,24 +45,24 @@ test("what somebody opens stays open until another plan is", () => {
 
 test("a closed step is one line with its result", () => {
   const lines = (/** @type {any} */ state, fields = {}) => ["entry", "targets", "protect", "path", "tool", "check", "export"].map((name) => stepLine(/** @type {any} */ (name), state, known(fields)).words);
-  assert.deepEqual(lines({ plan: plan(0, 0) }), ["Not set", "None", "None", "Not set", "Bent tool 30°", "Needs a path", "Needs a path"]);
+  assert.deepEqual(lines({ plan: plan(0, 0) }), ["None", "None", "None", "None", "Bent tool 30°", "Needs a path", "Needs a path"]);
   const paths = { chosen: "a", side_caution: "", items: [{ id: "a", entry_side: "right" }] };
   const regions = { items: [{ purpose: "spare", name: "Optic nerve" }, { purpose: "remove", name: "Septum" }] };
   assert.deepEqual(lines({ plan: plan(6, 2), paths, regions, corridor: { state: "current", status: "done" } }),
     ["Right nostril", "2 targets", "Optic nerve", "81 mm, 6 points", "Bent tool 30°", "Fits, bone 0.55 mm", "Ready"]);
   const exported = (/** @type {string | null} */ level, state = "current") => stepLine("export", /** @type {any} */ ({ plan: plan(6, 2), corridor: { level, state, status: "done", word: "Blocked" } }), known());
   const caution = { words: "Blocked plan", mark: "caution" };
-  assert.deepEqual([exported("blocked"), exported("pierces"), exported("blocked", "none"), exported("tight").words, exported(null, "waits").words], [caution, caution, caution, "Ready", "Not simulated yet"]);
+  assert.deepEqual([exported("blocked"), exported("pierces"), exported("blocked", "none"), exported("tight").words, exported(null, "waits").words], [caution, caution, caution, "Ready", "Not simulated"]);
   const updating = { words: "updating", mark: "" }, before = /** @type {any} */ ({ level: null, state: "waits", status: "computing", verdict: {} });
   assert.deepEqual(["check", "export"].map((name) => stepLine(/** @type {any} */ (name), { plan: plan(6, 2), corridor: before }, known({ verdict: updating }))), [updating, updating]);
-  assert.deepEqual(stepLine("entry", { plan: plan(1, 0) }, known()), { words: "Side not set", mark: "" });
+  assert.deepEqual(stepLine("entry", { plan: plan(1, 0) }, known()), { words: "Choose a side", mark: "" });
   assert.equal(stepLine("entry", { plan: plan(1, 0), paths: { ...paths, side_caution: "Left of the septum." } }, known()).mark, "caution");
   assert.deepEqual(stepLine("path", { plan: plan(6, 2) }, known({ short: "32 mm short" })), { words: "81 mm", mark: "caution", pill: "32 mm short" });
   const tool = { title: "Bent pointer, 30°", trouble: "" };
   assert.equal(stepLine("tool", { plan: plan(2, 0, { tool }) }, known()).words, "Bent pointer 30°");
   const deleted = /** @type {any} */ ({ registration: "r", state: "deleted" });
-  assert.deepEqual(stepLine("tool", { plan: plan(2, 0), plan_use: deleted }, known()), { words: "Registration cannot be used", mark: "caution" });
-  assert.deepEqual(stepLine("tool", { plan: plan(2, 0, { tool: { trouble: "gone" } }) }, known()), { words: "Tool cannot be read", mark: "caution" });
+  assert.deepEqual(stepLine("tool", { plan: plan(2, 0), plan_use: deleted }, known()), { words: "Registration unusable", mark: "caution" });
+  assert.deepEqual(stepLine("tool", { plan: plan(2, 0, { tool: { trouble: "gone" } }) }, known()), { words: "Tool unreadable", mark: "caution" });
 });
 
 test("what is rare says what it holds", () => {
@@ -80,5 +80,5 @@ test("the line of the path tells of the ways that were found", () => {
   assert.equal(line(plan(1, 1), { suggestion }), "2 ways found");
   assert.equal(line(plan(1, 1), { suggestion, searching: 0.4 }), "Searching, 40 %");
   assert.equal(line(plan(1, 1), { suggestion: { ...suggestion, alternatives: [], none: {} } }), "No way found");
-  assert.equal(line(plan(1, 1), { suggestion: { ...suggestion, plan_id: "other" } }), "Not set");
+  assert.equal(line(plan(1, 1), { suggestion: { ...suggestion, plan_id: "other" } }), "None");
 });

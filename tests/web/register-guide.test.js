@@ -48,7 +48,7 @@ test("the next step opens by what is done in this window, until somebody opens o
 
 test("a closed step is one line with its result", () => {
   const lines = (/** @type {any} */ one, /** @type {any} */ use = null) => /** @type {const} */ (["beads", "points", "fit", "error", "use"]).map((name) => stepLine(name, one, use)).map(({ words, mark }) => (mark ? `${words} [${mark}]` : words));
-  assert.deepEqual(lines(registration()), ["None", "None", "Needs three points", "Needs a fit", "No plan open"]);
+  assert.deepEqual(lines(registration()), ["None", "None", "Needs 3 points", "Needs a fit", "No plan open"]);
   assert.deepEqual(lines(registration({ search: {}, fit: fit("misfit") }), { state: "none" }), ["None found [caution]", "None", "Points do not fit [caution]", "Needs a fit", "Not used"]);
   assert.deepEqual(lines(fitted(), { state: "ready", here: true }), ["1 of 1 confirmed [done]", "5 of 5 measured [done]", "FRE 0.43 mm [done]", "95 % within 1.86 mm [done]", "In use [done]"]);
   assert.deepEqual(lines(fitted({ wrong: outlier, simulated: true }), { state: "deleted" }).slice(1, 3), ["5 of 5 simulated [done]", "Wrong: ‘F3’ [caution]"]);
@@ -57,7 +57,12 @@ test("a closed step is one line with its result", () => {
   assert.equal(stepLine("use", fitted(), /** @type {any} */ ({ state: "deleted" })).words, "Cannot be used");
   assert.equal(stepLine("use", fitted(), /** @type {any} */ ({ state: "ready", here: false, name: "Other" })).words, "‘Other’ in use");
   const refined = { ...fitted(), fit: fit("refined", { fre_mm: 0.5 }), errors: { rows: [] } };
-  assert.deepEqual(lines(refined).slice(2, 4), ["Refined, FRE 0.50 mm [done]", "Not known [caution]"]);
+  assert.deepEqual(lines(refined, { state: "ready", here: true }).slice(3), ["Unknown [caution]", "In use, error unknown [caution]"], "as the card says");
+  const simulated = { ...fitted({ simulated: true, cautions: ["Simulated."] }), pairs: pairs(5, 5).map((pair) => ({ ...pair, measured_from: "simulated" })) };
+  assert.deepEqual(lines(simulated).slice(1, 4), ["5 of 5 simulated [done]", "FRE 0.43 mm [done]", "95 % within 1.86 mm [done]"], "a simulated touch is no doubt of the fit");
+  assert.equal(stepLine("fit", { ...simulated, fit: { ...simulated.fit, cautions: ["Simulated.", "Three points."] } }, null).mark, "caution");
+  assert.equal(stepLine("error", fitted({ wrong: outlier }), null).mark, "caution");
+  assert.deepEqual(lines(refined).slice(2, 4), ["Refined, FRE 0.50 mm [done]", "Unknown [caution]"]);
   assert.equal(stepLine("points", { ...fitted(), pairs: [...pairs(3, 2), { .../** @type {any} */ (pairs(1, 1)[0]), enabled: false }] }, null).words, "2 of 3 measured, 1 left out");
 });
 

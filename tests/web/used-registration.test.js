@@ -10,7 +10,7 @@ const verdict = /** @type {any} */ ({ nearest: "nerve", nearest_mm: 41, nearest_
 
 test("a registration is named with its error, where the path is narrowest and what is doubtful", () => {
   const [first, second] = usedWords(ready, verdict, false);
-  assert.equal(first.words, "Registration ‘Beads’. At ‘polyp’ the registration error is below 1.6 mm in 95 % of cases. Where the path is narrowest, at 41 mm, it is below 0.94 mm.");
+  assert.equal(first.words, "Uses ‘Beads’. At ‘polyp’ the registration error is below 1.6 mm in 95 % of cases. Where the path is narrowest, at 41 mm, it is below 0.94 mm.");
   assert.deepEqual([first.caution, second], [false, { words: "Simulated.", caution: true }]);
   assert.match(usedWords(ready, null, true)[0].words, /tells the robot where the patient lies/);
 });

@@ -18,7 +18,8 @@ from vfix_engine.arrays import Array, BoolArray
 from vfix_engine.files.volume import Axis, Volume
 from vfix_engine.geometry.mesh import TriangleMesh
 
-HALF_MM = 38.0  # half of the side of a picture
+HALF_MM = 38.0  # half of the side of a picture of what decides
+STEP_MM = 0.5  # finer details of a coarse outline are not drawn
 IN_CUT_MM = 1.0  # of the path, from the plane: what counts as in it
 _NEAR_MM = 5.0  # targets farther from a plane are not drawn on it
 _PIECES = 16  # of an oblique segment of the tool, each as wide as the plane cuts it there
@@ -64,7 +65,7 @@ class Shown:
     """What the pictures show around `centre` (3,): LPS mm.
 
     path (n, 3). start, end (S, 3) and radius (S,): the tool's axis. targets: places, drawn on planes within 5 mm.
-    volume: drawn in grey, or None.
+    volume: drawn in grey, or None. half: of the side of the picture, mm; beyond HALF_MM outlines are coarse.
     """
 
     centre: Array
@@ -75,31 +76,43 @@ class Shown:
     radius: Array
     targets: tuple[Array, ...] = ()
     volume: Volume | None = None
+    half: float = HALF_MM
 
 
 def cut_picture(plane: Plane, shown: Shown) -> str:
     """One cut as SVG, one unit a millimetre."""
-    half, centre = HALF_MM, shown.centre
+    half, centre, size = shown.half, shown.centre, shown.half / HALF_MM
+    scale = 10 if size < 2.0 else 50  # mm
     near = [place for place in shown.targets if abs(place - centre)[plane.through] <= _NEAR_MM]
     parts = [
         "" if shown.volume is None else _grey(plane, shown.volume, centre),
-        *(f'<path style="stroke:{one.css}" d="{_outline(plane, one.mesh, centre)}"/>' for one in shown.surfaces),
+        *(f'<path style="stroke:{one.css}" d="{_outline(plane, one.mesh, centre, half)}"/>' for one in shown.surfaces),
         *_tool(plane, shown),
         *_path(plane, shown),
-        *(_dot(plane.project(place, centre)) for place in near),
-        *_letters(plane.letters),
-        f'<path class="scale" d="M{half - 13:g} {half - 3:g}h10"/><text x="{half - 8:g}" y="{half - 4:g}">10 mm</text>',
+        *(_dot(plane.project(place, centre), size) for place in near),
+        *_letters(plane.letters, size),
+        f'<path class="scale" d="M{half - 3.0 * size - scale:g} {half - 3.0 * size:g}h{scale}"/>'
+        f'<text x="{half - 3.0 * size - 0.5 * scale:g}" y="{half - 4.0 * size:g}">{scale} mm</text>',
     ]
     words = f"{plane.name.title()} cut"
     return (
-        f'<svg viewBox="{-half:g} {-half:g} {2 * half:g} {2 * half:g}" role="img" aria-label="{escape(words)}">'
+        f'<svg viewBox="{-half:g} {-half:g} {2 * half:g} {2 * half:g}" style="--size:{size:g}" role="img" '
+        f'aria-label="{escape(words)}">'
         f"{''.join(parts)}</svg>"
     )
 
 
-def _outline(plane: Plane, mesh: TriangleMesh, centre: Array) -> str:
+def _outline(plane: Plane, mesh: TriangleMesh, centre: Array, half: float) -> str:
     """Where a surface crosses the plane, as the data of an SVG path."""
-    return "".join(line(segment) for segment in outline(plane, mesh, centre))
+    segments = outline(plane, mesh, centre, half)
+    return coarse(segments) if half > HALF_MM else "".join(line(segment) for segment in segments)
+
+
+def coarse(segments: Array) -> str:
+    """Segments (n, 2, 2) to STEP_MM, each once, as the data of an SVG path."""
+    kept = np.round(segments / STEP_MM) * STEP_MM
+    kept = np.unique(kept[(kept[:, 0] != kept[:, 1]).any(axis=1)], axis=0)
+    return "".join(f"M{a:g} {b:g}L{c:g} {d:g}" for a, b, c, d in kept.reshape(-1, 4))
 
 
 def outline(plane: Plane, mesh: TriangleMesh, centre: Array, half_mm: float = HALF_MM) -> Array:
@@ -144,7 +157,7 @@ def _tool(plane: Plane, shown: Shown) -> Iterator[str]:
 def _path(plane: Plane, shown: Shown) -> Iterator[str]:
     """The path as a whole, dashed, and above it what lies in the plane; as far as the picture shows it."""
     flat = plane.project(shown.path, shown.centre)
-    seen = np.asarray(np.abs(flat).max(axis=1) <= HALF_MM + 1.0)
+    seen = np.asarray(np.abs(flat).max(axis=1) <= shown.half + 1.0)
     near = seen & (np.abs(shown.path[:, plane.through] - shown.centre[plane.through]) <= IN_CUT_MM)
     for name, kept in (("path beyond", seen), ("path", near)):
         if data := "".join(line(_thinned(run)) for run in _runs(flat, kept)):
@@ -192,15 +205,16 @@ def _stroke(points: Array, width: float) -> str:
     return f'<path style="stroke-width:{width:.2f}" d="{line(points)}"/>'
 
 
-def _dot(place: Array) -> str:
+def _dot(place: Array, size: float) -> str:
     x, y = place.tolist()
-    return f'<circle class="target" cx="{x:.2f}" cy="{y:.2f}" r="1.2"/>'
+    return f'<circle class="target" cx="{x:.2f}" cy="{y:.2f}" r="{1.2 * size:.3g}"/>'
 
 
-def _letters(letters: Sequence[str]) -> Iterable[str]:
+def _letters(letters: Sequence[str], size: float) -> Iterable[str]:
+    """size: of the letters, 1 in a picture of HALF_MM."""
     edge = HALF_MM - 2.5
     places = ((-edge, 1.2), (edge, 1.2), (0.0, 2.4 - edge), (0.0, edge))
     return (
-        f'<text class="letter" x="{x:g}" y="{y:g}">{letter}</text>'
+        f'<text class="letter" x="{size * x:g}" y="{size * y:g}">{letter}</text>'
         for letter, (x, y) in zip(letters, places, strict=True)
     )

@@ -84,7 +84,7 @@ class ReportPage:
             self._pictures(),
             self._plot(),
             _table("Paths", ("Path", "Verdict", "Least clearance", "Length"), self.paths),
-            _table("Targets", ("Target", "Place, mm", "Inspected from", "Registration error, 95 %"), self.targets),
+            _table("Targets", ("Target", "Place, mm", "Seen within", "Registration error, 95 %"), self.targets),
             "".join(f'<p class="remark">{escape(text)}</p>' for text in remarks),
             f'<section><h2>Notes</h2><p class="notes">{escape(self.notes)}</p></section>' if self.notes else "",
             f"<footer><span>{NOTICE}. Simulated with vfix {escape(__version__)}. R, L, A, P, S, I: right, left, front, "

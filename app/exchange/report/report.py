@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from app.cases.model import Case
 from app.cases.service import CaseService
-from app.exchange.report.cut import PLANES, Outlined, Shown, cut_picture
+from app.exchange.report.cut import HALF_MM, PLANES, Outlined, Plane, Shown, cut_picture
 from app.exchange.report.page import Figure, Picture, ReportPage, TableRow
 from app.exchange.report.plot import clearance_plot
 from app.kit.values import Position, rounded_up
@@ -27,6 +28,8 @@ from app.registration.service import Registering
 from vfix_engine.errors import StartRefused
 
 BONE = "#8a6d3b"  # colour of bone's outline and curve
+_OVERVIEW = next(plane for plane in PLANES if plane.name == "sagittal")  # a path through the nose lies along it
+_AROUND = 1.12  # half of a picture of the whole head to half of the head
 _MOST_FIGURES, _MOST_ROWS = 8, 10  # so that the page stays one page
 _SIDES = ("LR", "PA", "SI")  # letters of the positive and of the negative side of each LPS axis
 
@@ -89,12 +92,12 @@ class PlanReports:
         ).html()
 
     def _pictures(self, plan: Plan, case: Case, evaluation: PlanEvaluation, with_images: bool) -> tuple[Picture, ...]:
-        """Three cuts where the path is narrowest, the tool is held, or it pierces tissue."""
+        """Three cuts where the path is narrowest, the tool is held, or it pierces tissue, and one of the whole head."""
         run, (s_mm, _, centre) = evaluation.run, _pictured(evaluation)
         row = int(np.abs(run.s - s_mm).argmin())
         bone = self._planning.bone(plan)
-        protected = (
-            Outlined(shape_surface(self._cases, case.id, zone.shape), zone.colour)
+        protected = tuple(
+            Outlined(shape_surface(self._cases, case.id, zone.shape), zone.drawn_colour)
             for zone in plan.content.zones
             if zone.shape["kind"] != "half_space"
         )
@@ -108,13 +111,25 @@ class PlanReports:
             targets=tuple(np.array(target.position) for target in plan.content.targets),
             volume=bone.volume if with_images else None,
         )
-        return tuple(
-            Picture(
-                f"{plane.name.title()}, {_side(shown.centre[plane.through], plane.through)} mm",
-                cut_picture(plane, shown),
-            )
-            for plane in PLANES
-        )
+        cuts = tuple(Picture(_caption(plane, shown), cut_picture(plane, shown)) for plane in PLANES)
+        skull = self._cases.display_meshes(case.id).get("skull", bone.mesh)  # of the shipped head, whose bone is a part
+        whole = _whole(shown, (Outlined(skull, BONE), *protected))
+        return (*cuts, Picture(f"Whole head, s{_caption(_OVERVIEW, whole)[1:]}", cut_picture(_OVERVIEW, whole)))
+
+
+def _caption(plane: Plane, shown: Shown) -> str:
+    return f"{plane.name.title()}, {_side(shown.centre[plane.through], plane.through)} mm"
+
+
+def _whole(shown: Shown, surfaces: tuple[Outlined, ...]) -> Shown:
+    """The sagittal cut as wide as the head and the path: bone alone, since skin or scan would show a face."""
+    places = np.concatenate([surfaces[0].mesh.vertices, shown.path])
+    low, high = places.min(axis=0), places.max(axis=0)
+    centre = 0.5 * (low + high)
+    centre[_OVERVIEW.through] = shown.centre[_OVERVIEW.through]
+    across = [_OVERVIEW.right, _OVERVIEW.down[0]]
+    half = _AROUND * 0.5 * float((high - low)[across].max())
+    return replace(shown, centre=centre, surfaces=surfaces, volume=None, half=max(half, HALF_MM))
 
 
 def _figures(evaluation: PlanEvaluation) -> Iterator[Figure]:
@@ -160,7 +175,7 @@ def _plotted(plan: Plan, evaluation: PlanEvaluation) -> tuple[tuple[Obstacle, st
     """The obstacles that leave least above their margins, bone among them in any case, with their colours as CSS."""
     bone, *structures = evaluation.verdict.obstacles
     nearest = sorted(structures, key=lambda one: one.left_mm)[: _MOST_FIGURES - 1]
-    return ((bone, BONE), *((one, structure_of(one.zones[0], plan.content.zones).colour) for one in nearest))
+    return ((bone, BONE), *((one, structure_of(one.zones[0], plan.content.zones).drawn_colour) for one in nearest))
 
 
 def _path_row(path: PathEvaluation, chosen: bool) -> TableRow:
@@ -186,9 +201,7 @@ def _target_rows(plan: Plan, chosen: PathEvaluation, evaluation: PlanEvaluation 
     for index, target in enumerate(plan.content.targets):
         place = " ".join(_side(value, axis) for axis, value in enumerate(target.position))
         error = "–" if off is None else f"{rounded_up(off[index]):.2f} mm"
-        cone = (
-            "–" if target.id not in cones else f"a cone of {cones[target.id]:.0f}°" if cones[target.id] else "nowhere"
-        )
+        cone = "–" if target.id not in cones else f"{cones[target.id]:.0f}° cone" if cones[target.id] else "not seen"
         yield TableRow((target.label, place, cone, error))
 
 

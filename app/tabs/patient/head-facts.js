@@ -14,12 +14,12 @@ export class HeadFacts {
 
   /** @param {ViewModel} state */
   update({ case: open }) {
-    draw(this.element, open ? this.facts(open) : html`<p class="words">No head is open. Choose one below.</p>`);
+    draw(this.element, open ? this.facts(open) : html`<p class="words">Choose a head below.</p>`);
   }
 
   /** @param {CaseSection} open */
   facts(open) {
-    const spacing = open.spacing_mm ? `${open.spacing_mm.map((value) => fixed(value, 2)).join(" × ")} mm` : "no CT, surface only";
+    const spacing = open.spacing_mm ? `${open.spacing_mm.map((value) => fixed(value, 2)).join(" × ")} mm` : "surface only";
     const facts = [
       ["Voxel size", spacing],
       ["Coordinates", open.frame.assumed ? `${open.frame.name}, assumed` : open.frame.name],
@@ -44,6 +44,6 @@ function listed(facts) {
 /** @param {string} name */
 function surfaceName(name) {
   /** @type {Record<string, string | undefined>} */
-  const words = { bone: "Bone that stops the tool", skull: "Skull as drawn", skin: "Skin as drawn", display: "Skull as drawn", skull_half: "Half skull as drawn" };
+  const words = { bone: "Bone", skull: "Skull", skin: "Skin", display: "Skull", skull_half: "Half skull" };
   return words[name] ?? name;
 }

@@ -10,7 +10,7 @@ import { draw, html, iconTool, live, nameRow, nothing, repeat } from "/static/js
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { CaseEntry, ViewModel } from "/static/js/types.js" */
 
-const SAVED = "Head, plans and registrations as one zip";
+const SAVED = "All of this head as zip";
 
 export class HeadsList {
   /** @param {Connection} connection */
@@ -33,7 +33,7 @@ export class HeadsList {
     draw(this.element, html`
       ${this.filter.field(items.length)}
       <ul class="list two-lines plain-rows" id="cases" aria-label="Heads">${repeat(shown, ({ id, deleted }) => `${id} ${deleted}`, (item) => this.row(item, item.id === open?.id))}</ul>
-      ${shown.length || !items.length ? nothing : html`<p class="empty">No head has that name.</p>`}
+      ${shown.length || !items.length ? nothing : html`<p class="empty">None found.</p>`}
       <button type="button" class="wide" id="save-case" title=${SAVED} ?disabled=${!open} @click=${() => save(open)}>Save head …</button>
       <label class="check"><input type="checkbox" .checked=${live(this.deleted)} @change=${show}>Show deleted</label>`);
     this.roving.update();

@@ -7,5 +7,5 @@ def patient_hint(case_open: bool, loading: bool) -> str:
     if loading:
         return "The head is being prepared."
     if not case_open:
-        return "Choose a head, or import a CT volume or a bone surface."
+        return "Choose a head, or import a CT."
     return "Drag to turn the head. Then go to Plan."

@@ -21,7 +21,7 @@ const QUESTIONS = {
   unit: { name: "units", label: "Unit", options: [["mm", "Millimetres"], ["m", "Metres"], ["um", "Micrometres"]] },
 };
 
-const DROP = "Drop files or a folder here. They stay on this computer. Images can identify the patient: an export that holds them asks first. A CT (DICOM, NRRD, NIfTI, MetaImage), a bone surface (PLY, STL, OBJ, GLB, VTK, VTP), a segmentation of the open head, or the zip of a saved head.";
+const DROP = "Drop files here. They stay on this computer. Images can identify the patient: an export that holds them asks first. A CT (DICOM, NRRD, NIfTI, MetaImage), a bone surface (PLY, STL, OBJ, GLB, VTK, VTP), a segmentation of the open head, or the zip of a saved head.";
 const HEAD = { id: "import-head", input: "head-files", words: "Import head …", accept: ACCEPTED };
 const FOLDER = { id: "import-folder", input: "folder", words: "Folder …", folder: true };
 
@@ -148,13 +148,13 @@ export class ImportGroup {
     if (job.kind === "segmentation") {
       if (wasCancelled(error)) note(`Segmentation of ${name} cancelled.`);
       else if (error) note(`${name}: ${/** @type {Error} */ (error).message}`, { error: true });
-      else note(`${name} is a structure now. Protect it in Plan.`);
+      else note(`${name} is made. Protect it in Plan.`);
     } else if (wasCancelled(error)) {
       note(imports ? `Import of ${name} cancelled. Nothing of it is kept.` : `Simulation of ${name} cancelled.`);
     } else if (imports) {
       try {
         if (error) await this.answer(job, name, error);
-        else if (job.kind === "structures") note("Segmentation imported. Its labels are structures now.");
+        else if (job.kind === "structures") note("Segmentation imported.");
         else if (job.kind === "overlay") this.offerName();
         else if (job.result) this.offer(job.result);
       } catch (reason) {
@@ -168,7 +168,7 @@ export class ImportGroup {
    */
   offerName() {
     const action = { label: "Name it …", run: this.nameNewest };
-    note("Volume imported. Lay it over under ‘Second volume’ at the slices.", { action });
+    note("Volume imported. Show it under ‘Second volume’.", { action });
   }
 
   /**

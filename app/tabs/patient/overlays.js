@@ -9,7 +9,7 @@ import { draw, filesButton, html, iconTool, nameRow, nothing, repeat, said, titl
 /** @import { CaseSection, ViewModel } from "/static/js/types.js" */
 /** @typedef {CaseSection["overlays"][number]} Overlay */
 
-const NONE_YET = "None yet. Add an MR or another CT of this patient. DICOM, NRRD, NIfTI or MetaImage; it is laid over the slices by a transform.";
+const NONE_YET = "Add an MR or another CT. DICOM, NRRD, NIfTI or MetaImage; it is laid over the slices by a transform.";
 
 /** The user's word that the description of a DICOM series, which may tell of the patient, becomes the name. */
 export function descriptionCheck() {
@@ -41,8 +41,8 @@ export class OverlaysGroup {
     draw(this.element, titled("Second volumes", null, html`
       ${this.filter.field(items.length)}
       <ul class="list" id="overlays" aria-label="Second volumes" ?hidden=${!shown.length}>${repeat(shown, (item) => item.id, (item) => this.row(item))}</ul>
-      ${shown.length || !items.length ? nothing : html`<p class="empty">No volume has that name.</p>`}
-      <p class=${doubts.length ? "words caution" : "words"}>${said(items.length ? ["Choose it under ‘Second volume’ at the slices.", ...doubts].join(" ") : NONE_YET)}</p>
+      ${shown.length || !items.length ? nothing : html`<p class="empty">None found.</p>`}
+      <p class=${doubts.length ? "words caution" : "words"}>${said(items.length ? ["Show it by ‘Second volume’ at the slices.", ...doubts].join(" ") : NONE_YET)}</p>
       <div class="buttons even">
         ${filesButton({ id: "import-overlay", input: "overlay-file", words: "Add volume …", disabled }, this.send)}
         ${filesButton({ id: "import-overlay-folder", input: "overlay-folder", words: "Folder …", folder: true, disabled }, this.send)}

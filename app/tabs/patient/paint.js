@@ -11,9 +11,9 @@ import { say } from "/static/js/said.js";
 /** @import { JobPublic, LabelEntry, ViewModel } from "/static/js/types.js" */
 
 const STATES = {
-  none: "Make a structure to protect it.",
+  none: "Make a structure to protect.",
   made: "Structure is up to date.",
-  changed: "Painted since: make the structure again.",
+  changed: "Painted since: make again.",
 };
 
 export class PaintGroup {

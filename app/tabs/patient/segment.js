@@ -19,12 +19,12 @@ const PRESETS = {
   bone: { words: "Bone", name: "Bone", low: 250, high: HIGHEST },
   thin_bone: { words: "Thin bone", name: "Thin bone", low: 120, high: HIGHEST },
   soft_tissue: { words: "Soft tissue", name: "Soft tissue", low: -300, high: 119 },
-  air: { words: "Air within the body", name: "Air", low: LOWEST, high: -301, least: 100 },
-  mucosa: { words: "Mucosa: soft tissue at the air", name: "Mucosa", low: -300, high: 119 },
-  unseen_bone: { words: "Bone expected but not seen", name: "Bone not seen", low: -300, high: 249 },
+  air: { words: "Air in the body", name: "Air", low: LOWEST, high: -301, least: 100 },
+  mucosa: { words: "Mucosa", name: "Mucosa", low: -300, high: 119 },
+  unseen_bone: { words: "Unseen thin bone", name: "Bone not seen", low: -300, high: 249 },
 };
 const CONFINED = ["air", "mucosa", "unseen_bone"]; // to a part of the head that the planner finds
-const ISLANDS = [["all", "Keep all"], ["largest", "The largest only"], ["least", "Leave small ones out"]];
+const ISLANDS = [["all", "Keep all"], ["largest", "Largest only"], ["least", "Drop small ones"]];
 
 export class SegmentGroup {
   /** @param {JobList} jobs */
@@ -96,7 +96,7 @@ export class SegmentGroup {
     this.showBusy();
     say(this.words, open && !open.has_volume
       ? "No CT to segment."
-      : "Thin bone between air spaces may be invisible at every threshold; ‘Bone expected but not seen’ fills it in.");
+      : "Thin bone may be invisible; ‘Unseen thin bone’ fills it in.");
     this.publish();
   }
 
@@ -122,8 +122,8 @@ export class SegmentGroup {
 
   showParts() {
     const [low, high] = [Number(this.low.input.value), Number(this.high.input.value)];
-    this.low.words.textContent = low <= LOWEST ? "open: all below" : `${fixed(low, 0)} HU`;
-    this.high.words.textContent = high >= HIGHEST ? "open: all above" : `${fixed(high, 0)} HU`;
+    this.low.words.textContent = low <= LOWEST ? "no limit" : `${fixed(low, 0)} HU`;
+    this.high.words.textContent = high >= HIGHEST ? "no limit" : `${fixed(high, 0)} HU`;
     this.leastField.hidden = this.islands.value !== "least";
     this.publish();
   }

@@ -10,9 +10,9 @@ import { madeOf, wayBack } from "./structure-words.js";
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { StructureEntry, ViewModel } from "/static/js/types.js" */
 
-const NONE_YET = "None yet. Import a segmentation. Its labels become structures, each with a name and a colour: .seg.nrrd, a NIfTI label map (with a table of names, if there is one) or a DICOM SEG. A folder of masks names them after its files.";
+const NONE_YET = "Import a segmentation. Its labels become structures, each with a name and a colour: .seg.nrrd, a NIfTI label map (with a table of names, if there is one) or a DICOM SEG. A folder of masks names them after its files.";
 const SEGMENTATION = { id: "import-segmentation", input: "segmentation-file", words: "Segmentation …", accept: ".nrrd,.nii,.gz,.mha,.dcm,.zip,.json,.csv,.tsv" };
-const MASKS = { id: "import-masks", input: "segmentation-folder", words: "Masks …", folder: true, title: "Folder of NIfTI masks, one a structure, as of TotalSegmentator" };
+const MASKS = { id: "import-masks", input: "segmentation-folder", words: "Masks …", folder: true, title: "Folder of NIfTI masks, as of TotalSegmentator" };
 
 export class StructuresGroup {
   /**
@@ -37,7 +37,7 @@ export class StructuresGroup {
     draw(this.element, titled("Structures", all, html`
       ${this.filter.field(items.length)}
       <ul class="list structures" aria-label="Structures" ?hidden=${!listed.length}>${repeat(listed, (item) => item.id, (item) => this.row(item))}</ul>
-      ${listed.length || !items.length ? nothing : html`<p class="empty">No structure has that name.</p>`}
+      ${listed.length || !items.length ? nothing : html`<p class="empty">None found.</p>`}
       <p class="words" ?hidden=${items.length > 0}>${said(NONE_YET)}</p>
       <div class="buttons even">
         ${filesButton({ ...SEGMENTATION, disabled: !open }, this.send)}${filesButton({ ...MASKS, disabled: !open }, this.send)}

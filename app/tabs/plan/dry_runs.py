@@ -35,9 +35,9 @@ _UNKNOWN, _BLOCKED = palette.hex_colour(palette.UNKNOWN), palette.hex_colour(pal
 STATE_WORDS: dict[EvaluationState, str] = {
     "none": "",
     "current": "",
-    "waits": "Greyed: an earlier answer. The path is simulated anew …",
-    "drag": "Provisional, while you drag: the robot’s base is kept.",
-    "drag_waits": "Provisional, while you drag: greyed until it is judged …",
+    "waits": "Updating: earlier figures.",
+    "drag": "While you drag: the robot’s base is kept.",
+    "drag_waits": "While you drag: updating …",
 }
 
 
@@ -194,7 +194,7 @@ class DryRuns:
                 self._services, plan, kept_mm, lambda: self._services.dry_runs.evaluate(plan, options, began)
             )
         except JobCancelled:
-            words = "Simulation cancelled: whether the tool fits is not known."
+            words = "Simulation cancelled: fit unknown."
             return ShownEvaluation("failed", words, completed=False, margin_mm=kept_mm, cancelled=True)
 
 

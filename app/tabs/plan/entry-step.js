@@ -28,7 +28,7 @@ export class EntryStep {
     this.openings.update(openings);
     this.changed([Boolean(plan), entry, entry?.id === plan?.selected, paths, openings?.words], () => draw(this.element, html`
       ${entry ? this.entry(entry, plan) : nothing}
-      ${entry || openings?.words ? nothing : html`<p class="empty">Click the nostril, in the head or in a slice.</p>`}
+      ${entry || openings?.words ? nothing : html`<p class="empty">Click a nostril.</p>`}
       ${this.openings.element}
       ${this.side(paths)}`));
     const shown = chose && entry ? this.element.querySelector("#entry-point") : null; // the button that was pressed is gone
@@ -40,7 +40,7 @@ export class EntryStep {
    * @param {PlanSection | null | undefined} plan
    */
   entry(entry, plan) {
-    return html`<button type="button" class="entry-point" id="entry-point" title="Show it in head and slices" aria-pressed=${String(entry.id === plan?.selected)}
+    return html`<button type="button" class="entry-point" id="entry-point" title="Show it" aria-pressed=${String(entry.id === plan?.selected)}
       @click=${() => this.connection.send("item.select", { item_id: entry.id })}><span class="dot"></span><span class="entry-name">${entry.label}</span><span class="number">${placeWords(entry.position)}</span></button>`;
   }
 

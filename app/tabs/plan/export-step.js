@@ -11,11 +11,11 @@ import { importPlan } from "./plan-import.js";
 const SCAN_WORDS = "A scan can identify its patient.";
 const SCAN_QUESTION = { name: "scan", label: "The pictures show", options: [["without", "outlines of bone only"], ["with", "the scan as well"]] };
 const FORMATS = [
-  ["json", "Plan (JSON)", "Everything; comes back as it was"],
-  ["report", "Printable report", "Verdict and pictures on one page"],
+  ["json", "Plan (JSON)", "Everything"],
+  ["report", "Printable report", "Verdict and pictures"],
   ["csv", "Table (CSV)", "Points and targets, in mm"],
   ["mrk.json", "Slicer markups", "Points, targets, clearance"],
-  ["slicer", "Slicer folder", "Plan, head and CT as one scene"],
+  ["slicer", "Slicer folder", "Plan, head and CT"],
 ];
 
 export class ExportStep {
@@ -31,7 +31,7 @@ export class ExportStep {
     this.changed([Boolean(plan), Boolean(head)], () => draw(this.element, html`
       <ul class="exports">${FORMATS.map(([format, name, words]) => html`<li class="export"><button type="button" data-format=${format} ?disabled=${!plan}
         @click=${() => this.save(format)}>${name}</button><span class="row-sub" aria-hidden="true">${words}</span></li>`)}</ul>
-      <div class="buttons">${filesButton({ id: "import-plan", input: "plan-file", words: "Import plan …", disabled: !head, accept: ".json,.csv,.fcsv", title: "A plan of vfix, Slicer markups or a table" },
+      <div class="buttons">${filesButton({ id: "import-plan", input: "plan-file", words: "Import plan …", disabled: !head, accept: ".json,.csv,.fcsv", title: "From vfix, Slicer or a table" },
         ([file]) => importPlan(this.connection, file))}</div>`));
   }
 
@@ -45,8 +45,8 @@ export class ExportStep {
     }
     const path = `/api/v1/plans/${encodeURIComponent(plan.id)}/export`;
     download(format === "slicer" ? `${path}/slicer?with_images=true` : `${path}?format=${encodeURIComponent(format)}`);
-    note(format === "slicer" ? "Slicer folder is being made; the download follows." : `Downloading ${plan.name}.${format}`);
-    if (use?.registration && format === "json") note("Registration not included. Save the head to take it along.", { stay: true });
+    note(format === "slicer" ? "Making the Slicer folder …" : `Downloading ${plan.name}.${format}`);
+    if (use?.registration && format === "json") note("Without registration: save the head for that.", { stay: true });
   }
 
   /**

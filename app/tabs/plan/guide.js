@@ -113,7 +113,7 @@ export function stepLine(name, state, known) {
   if (drawn && state.corridor?.verdict && ["waits", "drag_waits"].includes(state.corridor.state)) return known.verdict;
   if (drawn && ["blocked", "pierces"].includes(state.corridor?.level ?? "")) return { words: "Blocked plan", mark: "caution" };
   const ready = drawn && state.corridor?.state === "current" && state.corridor.status === "done";
-  return { words: ready ? "Ready" : drawn ? "Not simulated yet" : "Needs a path", mark: ready ? "done" : "" };
+  return { words: ready ? "Ready" : drawn ? "Not simulated" : "Needs a path", mark: ready ? "done" : "" };
 }
 
 /**
@@ -135,9 +135,9 @@ export function moreLine(name, { regions, versions, paths }) {
  */
 function entryLine(plan, { paths }) {
   const [first] = plan.points;
-  if (!first) return { words: "Not set", mark: "" };
+  if (!first) return { words: "None", mark: "" };
   const side = SIDES[paths?.items.find(({ id }) => id === paths.chosen)?.entry_side ?? ""];
-  if (!side) return { words: "Side not set", mark: "" };
+  if (!side) return { words: "Choose a side", mark: "" };
   return { words: side, mark: paths?.side_caution ? "caution" : "done" };
 }
 
@@ -165,7 +165,7 @@ function pathLine(plan, { suggestion, searching, short }) {
     return { words: `${plan.length_mm.toFixed(0)} mm${what}`, mark: short ? "caution" : "done", pill: short };
   }
   if (suggestion?.plan_id === plan.id && suggestion.none) return { words: "No way found", mark: "caution" };
-  return { words: ways.length ? `${ways.length} ${ways.length === 1 ? "way" : "ways"} found` : "Not set", mark: "" };
+  return { words: ways.length ? `${ways.length} ${ways.length === 1 ? "way" : "ways"} found` : "None", mark: "" };
 }
 
 /**
@@ -174,9 +174,9 @@ function pathLine(plan, { suggestion, searching, short }) {
  * @returns {Line}
  */
 function toolLine({ tool, robot }, { plan_use: use }) {
-  if (tool.trouble) return { words: "Tool cannot be read", mark: "caution" };
-  if (robot.trouble) return { words: "Robot cannot be read", mark: "caution" };
-  if (use?.registration && use.state !== "ready") return { words: "Registration cannot be used", mark: "caution" };
+  if (tool.trouble) return { words: "Tool unreadable", mark: "caution" };
+  if (robot.trouble) return { words: "Robot unreadable", mark: "caution" };
+  if (use?.registration && use.state !== "ready") return { words: "Registration unusable", mark: "caution" };
   return { words: `${tool.title.replace(", ", " ")}${tool.changed ? ", changed" : ""}`, mark: "done" };
 }
 

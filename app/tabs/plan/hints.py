@@ -14,8 +14,8 @@ _OF_SEARCH: dict[SearchState, str] = {
     "none": "No way: move entry or target, or remove bone.",
     "ways": "Choose a way and use it.",
 }
-_CLICK_TARGET = "Click what is to be inspected, in the head or a slice."
-_LOCKED = "Locked. Unlock to add, move or delete points."
+_CLICK_TARGET = "Click a target, in head or slice."
+_LOCKED = "Locked. Unlock to edit."
 _TURN_SHAFT = "Turn the shaft: ‘Suggest a path’ finds its directions."
 _NEXT: dict[Reason, str] = {
     "spent": "Look at it in Register, or go on with care.",
@@ -25,7 +25,7 @@ _NEXT: dict[Reason, str] = {
     "registration_unknown": "Measure the registration in Register.",
     "scan_ends": "Scan ends here: move points or scan further.",
     "side": "Check the side of the entry.",
-    "held": "Move grey points, or change tool or robot.",
+    "held": "Move the grey points, or change the tool.",
     "pierced": "Lead the path through the nostril, or move its points.",
     "refused": "Move the first point, or change tool or robot.",
 }

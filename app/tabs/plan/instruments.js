@@ -121,10 +121,10 @@ export class InstrumentsGroup {
     const edit = (/** @type {"base.keep" | "base.free"} */ type, /** @type {string} */ done) => () => noteEdit(this.connection, "plan", this.connection.request(type), done);
     return html`<div class="field"><div class="field-label"><span>Base</span><span id="base-place">${away === null ? nothing : `${fixed(away, 0)} mm from entry`}</span></div>
       <div class="base-line"><p id="base-words">${how}</p>
-      <button type="button" id="keep-base" data-operation="base.keep" title="Later simulations start from this base" ?hidden=${registered || kept}
-        ?disabled=${frozen || away === null} @click=${edit("base.keep", "Base is kept with the plan.")}>Keep base</button>
-      <button type="button" id="free-base" data-operation="base.free" title="Each simulation places the base anew" ?hidden=${!kept}
-        ?disabled=${frozen} @click=${edit("base.free", "Base is placed automatically.")}>Place automatically</button></div></div>`;
+      <button type="button" id="keep-base" data-operation="base.keep" title="Simulations start from here" ?hidden=${registered || kept}
+        ?disabled=${frozen || away === null} @click=${edit("base.keep", "Base kept.")}>Keep base</button>
+      <button type="button" id="free-base" data-operation="base.free" title="Placed anew each time" ?hidden=${!kept}
+        ?disabled=${frozen} @click=${edit("base.free", "Base placed automatically.")}>Place automatically</button></div></div>`;
   }
 
   /** @param {string} link of the own URDF */

@@ -44,7 +44,7 @@ export class ItemsTable {
    */
   row(item, plan) {
     const selected = item.id === plan?.selected;
-    return html`<tr data-item=${item.id} aria-selected=${String(selected)} title="Click to select, double-click to rename" @click=${() => this.send("item.select", item)}
+    return html`<tr data-item=${item.id} aria-selected=${String(selected)} title="Double-click to rename" @click=${() => this.send("item.select", item)}
         @dblclick=${() => this.rename(item)} @keydown=${(/** @type {KeyboardEvent} */ event) => this.key(event, item)}>
         <td title=${item.label}><span class=${this.kind === "target" ? "dot target" : "dot"}></span><span>${item.label}</span></td>
         ${item.position.map((value, axis) => html`<td>${sideWords(value, axis)}</td>`)}
@@ -59,7 +59,7 @@ export class ItemsTable {
     const frozen = !item || Boolean(plan?.locked);
     const id = (/** @type {string} */ name) => (item ? name : nothing);
     return html`<div class="buttons even">
-      ${this.kind === "point" ? html`<button type="button" id=${id("insert")} data-command="point.insert_after" title="Add a point half way to the next one" ?disabled=${frozen || item === plan?.points.at(-1)}
+      ${this.kind === "point" ? html`<button type="button" id=${id("insert")} data-command="point.insert_after" title="A point half way" ?disabled=${frozen || item === plan?.points.at(-1)}
         @click=${() => this.send("point.insert_after", item)}>Insert after</button>` : nothing}
       <button type="button" id=${id("rename-item")} data-operation="item.rename" title="F2" ?disabled=${frozen} @click=${() => this.rename(item)}>Rename</button>
       <button type="button" id=${id("delete-item")} data-operation="item.delete" title="Del" ?disabled=${frozen} @click=${() => this.remove(item)}>Delete</button></div>`;

@@ -61,10 +61,10 @@ class LivePreviews:
         kept_mm = stored.margin_mm
         if placement is None:
             self._latest.drop()
-            words = "Let go to see whether the tool fits."
+            words = "Let go to check the fit."
             self.current = ShownEvaluation("computing", words, margin_mm=kept_mm, provisional=True, before=before)
             return
-        words = "The path as it would be is judged …"
+        words = "Checking …"
         self.current = ShownEvaluation("computing", words, margin_mm=kept_mm, provisional=True, before=before)
         self._latest.ask(
             FAILED,

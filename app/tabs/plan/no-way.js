@@ -26,17 +26,17 @@ export function noWay(suggestion, none, plan, earlier, { end, remove, show }) {
   const shortens = none.gap_mm > ARRIVES_MM && target && Math.hypot(...none.ends_at.map((value, axis) => value - suggestion.entry[axis])) >= SEARCHED_MM;
   const help = html`The search ends ${placeWords(none.ends_at)}: ${none.reason}. It looked through ${none.searched}. A thinner tool or another entry may make a way too.`;
   return html`<div id="no-way">
-    ${hintLine("suggest-words", earlier ? "No way found before; plan changed since. Suggest again." : `No way to ${target?.label ?? "it"}: ${none.short}.`, help, true)}
+    ${hintLine("suggest-words", earlier ? "Plan changed. Suggest again." : `No way to ${target?.label ?? "it"}: ${none.short}.`, help, true)}
     <div class="buttons even">
-      ${shortens ? html`<button type="button" id="end-there" title="Add a target where the way ends" ?disabled=${plan.locked} @click=${end}>End there</button>` : nothing}
-      <button type="button" id="remove-there" title="Mark bone to be removed where the way ends" ?disabled=${plan.locked} @click=${remove}>Remove bone there</button>
+      ${shortens ? html`<button type="button" id="end-there" title="A target where the way ends" ?disabled=${plan.locked} @click=${end}>End there</button>` : nothing}
+      <button type="button" id="remove-there" title="Where the way ends" ?disabled=${plan.locked} @click=${remove}>Remove bone there</button>
     </div>
     <button type="button" class="plain" @click=${show}>Show the place</button>
   </div>`;
 }
 
 /**
- * Add a target where the way ends, as one edit, and look for the way to there; the target of the search stays.
+ * A target where the way ends, as one edit, and look for the way to there; the target of the search stays.
  * @param {Connection} connection
  * @param {PathSearch} search
  */
@@ -69,5 +69,5 @@ export async function removeThere(connection, search) {
     note(/** @type {Error} */ (error).message, { error: true });
     return;
   }
-  noteEdit(connection, "plan", connection.request("pick.slice", { position }), "Bone removal added. Check its size, then suggest again.");
+  noteEdit(connection, "plan", connection.request("pick.slice", { position }), "Check its size, then suggest again.");
 }

@@ -25,9 +25,9 @@ from vfix_engine.errors import PlanError
 
 CLICK_MM = 6.0  # around an opening; less than half of what is between two nostrils
 BEHIND_MM = 25.0  # a mark is seen through so much of nose and skin, and can be clicked there
-NONE_FOUND = "No nostrils found: click where the tool goes in."
-FAILED = "The nostrils could not be found: click where the tool goes in."
-CANCELLED = "The nostrils were not looked for: click where the tool goes in."
+NONE_FOUND = "No nostrils found: click the entry."
+FAILED = "Nostrils not found: click the entry."
+CANCELLED = "Nostrils not searched: click the entry."
 
 
 @dataclass(frozen=True)

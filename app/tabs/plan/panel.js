@@ -44,8 +44,8 @@ export default class PlanPanel {
     this.cones = new ConeGroup();
     this.points = new ItemsTable(connection, "point", this.shaft.element);
     this.targets = new ItemsTable(connection, "target", this.cones.element);
-    this.noTargets = h("p", { class: "empty" }, "Click what is to be inspected.");
-    this.noPath = h("p", { class: "empty" }, "Two points make a path, which is simulated.");
+    this.noTargets = h("p", { class: "empty" }, "Click a target.");
+    this.noPath = h("p", { class: "empty" }, "A path needs two points.");
     this.entry = new EntryStep(connection);
     this.paths = new PathsList(connection);
     this.spare = new RegionsGroup(connection, "spare");

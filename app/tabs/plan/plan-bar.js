@@ -9,7 +9,7 @@ import { draw, html, iconTemplate, iconTool, nothing } from "/static/js/template
 /** @typedef {Commands["add.mode"]["kind"]} Kind */
 
 /** @type {[Kind, string, string][]} */
-const KINDS = [["point", "Point", "A click adds a point of the path"], ["target", "Target", "A click adds a target"], ["none", "Nothing", "A click adds nothing"]];
+const KINDS = [["point", "Add point", "To the path"], ["target", "Add target", "To be inspected"], ["none", "Look", "A click adds nothing"]];
 
 export class PlanBar {
   /**
@@ -30,16 +30,16 @@ export class PlanBar {
     draw(this.element, html`<div class="bar-line">
         ${iconTool("undo", "Undo (Ctrl+Z)", () => connection.send("undo"), { id: "undo", operation: "undo", off: !plan?.can_undo })}
         ${iconTool("redo", "Redo (Ctrl+Shift+Z)", () => connection.send("redo"), { id: "redo", operation: "redo", off: !plan?.can_redo })}
-        <button type="button" class="plain bar-lock" id="lock" data-operation="lock" aria-pressed=${String(locked)} ?disabled=${!plan} title="Locked points cannot be moved, added or deleted"
+        <button type="button" class="plain bar-lock" id="lock" data-operation="lock" aria-pressed=${String(locked)} ?disabled=${!plan} title="Points stay as they are"
           @click=${() => connection.send("lock", { locked: !connection.state.plan?.locked })}>${iconTemplate(locked ? "lock" : "unlock")}${locked ? "Unlock" : "Lock"}</button>
         <span class="bar-space"></span>
         <button type="button" class="plain" id="plans" title="Plans of this head">Plans</button>
         <button type="button" class="plain" id="export" title="Save the plan as a file" ?disabled=${!plan} @click=${this.goToExport}>Export</button>
       </div>
-      <div class="bar-line"><span class="bar-label" id="adds-label">Click adds</span>
+      <div class="bar-line"><span class="bar-label" id="adds-label">Click</span>
         <div class="segmented" role="group" aria-labelledby="adds-label">${KINDS.map(([kind, label, title]) => html`<button type="button" data-kind=${kind} title=${title}
           aria-pressed=${String(kind === plan?.add_mode)} ?disabled=${!plan || locked} @click=${() => connection.send("add.mode", { kind })}>${label}</button>`)}</div>
-      </div>${locked ? html`<p class="words">Locked: points cannot be moved.</p>` : nothing}`);
+      </div>${locked ? html`<p class="words">Locked.</p>` : nothing}`);
     this.roving.update();
   }
 }

@@ -53,7 +53,7 @@ export class PlanList {
       <div class="group-head"><h2>Plans</h2><button type="button" id="new-plan" data-operation="plan.new" @click=${() => this.add()}>New plan</button></div>
       ${this.filter.field(listed.length)}
       <ul class="list two-lines plain-rows" id="plan-list">${repeat(shown, ({ id, deleted }) => `${id} ${deleted}`, (item) => this.row(item, plan?.id))}</ul>
-      ${shown.length ? nothing : html`<p class="empty">${listed.length ? "No plan has that name." : "No plans yet."}</p>`}
+      ${shown.length ? nothing : html`<p class="empty">${listed.length ? "None found." : "No plans yet."}</p>`}
       <label class="check" ?hidden=${!all.some(({ deleted }) => deleted)}><input type="checkbox" .checked=${this.deleted} @change=${show}>Show deleted</label>`);
     this.roving.update();
   }
@@ -69,7 +69,7 @@ export class PlanList {
     const tools = item.deleted ? iconTool("restore", "Restore", () => send("plan.restore"), { operation: "plan.restore" }) : [
       iconTool("pencil", "Rename", () => this.rename(item), { operation: "plan.rename" }),
       iconTool("copy", "Duplicate", () => send("plan.duplicate"), { operation: "plan.duplicate" }),
-      iconTool("target", "Take targets", take, { operation: "targets.take", tool: "take-targets", title: "Take targets into the open plan", hidden: id === open }),
+      iconTool("target", "Take targets", take, { operation: "targets.take", tool: "take-targets", title: "Into the open plan", hidden: id === open }),
       iconTool("trash", "Delete", () => this.remove(id), { operation: "plan.delete" }),
     ];
     const choose = () => {

@@ -17,12 +17,12 @@ KIND_WORDS = {
     "structure": "Structure of the case",
 }
 DRAW_WORDS = {
-    "sphere": "Click the sphere’s centre, in the head or in a slice.",
-    "capsules": "Click along the structure, from one end to the other. Enter ends it, Esc takes it back.",
+    "sphere": "Click the sphere’s centre.",
+    "capsules": "Click along the structure, end to end. Enter ends it, Esc takes it back.",
     "capsule": "Click the two ends of the capsule.",
     "box": "Click the middle of the box.",
     "half_space": "Click a place on the plane. The tool stays on the side that is chosen.",
-    "patch": "Click the middle of the patch on the bone.",
+    "patch": "Click the bone, mid-patch.",
 }
 
 

@@ -16,11 +16,11 @@ const SIDES = [["I", "below"], ["S", "above"], ["A", "in front"], ["P", "behind"
 /** @type {Record<Purpose, { prefix: string, title: string, none: string, kinds: [Kind, string][] }>} prefix: of the ids */
 const PURPOSES = {
   spare: {
-    prefix: "protect", title: "Protected structures", none: "None yet. The tool keeps away from these.",
+    prefix: "protect", title: "Protected structures", none: "The tool keeps away from these.",
     kinds: [["sphere", "Sphere"], ["capsules", "Chain of points"], ["box", "Box"], ["half_space", "Half-space"], ["patch", "Patch of bone"]],
   },
   remove: {
-    prefix: "remove", title: "Bone removal", none: "None yet. Mark walls to open first.",
+    prefix: "remove", title: "Bone removal", none: "Walls to open first.",
     kinds: [["sphere", "Sphere"], ["capsule", "Capsule"], ["box", "Box"]],
   },
 };
@@ -68,7 +68,7 @@ export class RegionsGroup {
       ${this.structures(regions, frozen)}
       ${items.length ? nothing : html`<p class="empty">${this.words.none}</p>`}
       <ul class="list two-lines" id="${this.words.prefix}-list">${repeat(items, ({ id }) => id, (item) => this.row(item, removed, item === selected))}</ul>
-      ${this.purpose === "remove" && items.length ? html`<p class="words" id="remove-total" role="status">${removed ? removed.words : "The bone in it is counted …"}</p>` : nothing}
+      ${this.purpose === "remove" && items.length ? html`<p class="words" id="remove-total" role="status">${removed ? removed.words : "Counting bone …"}</p>` : nothing}
       ${this.drawing(drawing, frozen)}`);
   }
 
@@ -132,7 +132,7 @@ export class RegionsGroup {
         ${this.kind === "half_space" ? html`<label class="field"><span class="field-label">Tool side</span><select id="${prefix}-side" ?disabled=${held} @change=${chooseSide}>${SIDES.map(option(this.side))}</select></label>` : this.sizeField}
       </div>
       <div class="buttons even">
-        <button type="button" id="${prefix}-draw" ?disabled=${frozen} title=${drawing ? "Esc" : "The next click in the head or in a slice places it"} @click=${() => this.draw()}>${drawing ? "Cancel" : "Draw"}</button>
+        <button type="button" id="${prefix}-draw" ?disabled=${frozen} title=${drawing ? "Esc" : "The next click places it"} @click=${() => this.draw()}>${drawing ? "Cancel" : "Draw"}</button>
         ${drawing?.kind === "capsules" ? html`<button type="button" class="primary" id="${prefix}-done" title="Enter" ?disabled=${!places} @click=${() => this.connection.send("region.done")}>Done</button>` : nothing}
       </div>
       <p class="words" role="status" ?hidden=${!drawing}>${drawing ? said(`${drawing.words}${places ? ` ${count(places, "place", "places")} so far.` : ""}`) : nothing}</p>`;

@@ -120,7 +120,7 @@ class Regions:
             "sizes_mm": size_of(shape),
             "place": place,
             "shape": dict(shape),
-            "colour": REMOVED_COLOUR if zone is None else zone.colour,
+            "colour": REMOVED_COLOUR if zone is None else zone.drawn_colour,
             "visible": zone is None or zone.visible,
             "soft": zone is not None and zone.kind == "soft",
             "margin_mm": None if zone is None else zone.margin_mm,
@@ -152,7 +152,7 @@ class Regions:
 
     def _drawn(self, region: PlanZone | RemovedBone) -> DrawnRegion:
         shape = self._shape(region)
-        colour = region.colour if isinstance(region, PlanZone) else REMOVED_COLOUR
+        colour = region.drawn_colour if isinstance(region, PlanZone) else REMOVED_COLOUR
         removed, chosen = isinstance(region, RemovedBone), region.id == self.selected
         return DrawnRegion(region.id, colour, removed, anchor(shape), chosen, *self._mesh(shape))
 

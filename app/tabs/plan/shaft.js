@@ -39,9 +39,9 @@ export class ShaftGroup {
    */
   content(shaft, frozen) {
     const aiming = Boolean(shaft?.aiming), aimed = Boolean(shaft?.words);
-    return html`<p class="words" title=${aimed ? "Drag the ringed ball in the head to turn it" : nothing}>${shaft?.words || "Shaft direction is free."}</p>
+    return html`<p class="words" title=${aimed ? "Drag the ringed ball to turn it" : nothing}>${shaft?.words || "Shaft direction is free."}</p>
       <div class="buttons even">
-        <button type="button" id="aim-shaft" data-command="shaft.aim" aria-pressed=${String(aiming)} title="The next click is passed behind the tip" ?disabled=${frozen} @click=${() => this.aim()}>${aiming ? "Cancel" : "Aim shaft"}</button>
+        <button type="button" id="aim-shaft" data-command="shaft.aim" aria-pressed=${String(aiming)} title="It passes the next click" ?disabled=${frozen} @click=${() => this.aim()}>${aiming ? "Cancel" : "Aim shaft"}</button>
         <button type="button" id="clear-shaft" data-operation="shaft.clear" ?disabled=${frozen || !aimed} @click=${() => this.act("shaft.clear")}>Free shaft</button>
       </div>
       <div ?hidden=${!shaft?.bent || !aimed}>${this.rollField}</div>`;

@@ -143,7 +143,7 @@ export class SuggestGroup {
         show: () => connection.send("slice.cross", { position: place }),
       })}`;
     }
-    const words = earlier ? "Plan changed since. Suggest again." : followed < 0 ? "Choose a way to see it." : `The path follows way ${followed + 1}.`;
+    const words = earlier ? "Plan changed. Suggest again." : followed < 0 ? "Choose a way to see it." : `The path follows way ${followed + 1}.`;
     const rows = rowsOf(suggestion.alternatives);
     const ofShown = search.numberOf(shown);
     return html`${this.answers()}${hintLine("suggest-words", words, ORDER, earlier)}
@@ -182,7 +182,7 @@ export class SuggestGroup {
    */
   newPath(plan) {
     const target = targetOf(plan, this.wanted);
-    const title = target ? `An empty path to ${target.label}, same tool` : "An empty path with the same tool";
+    const title = target ? `An empty path to ${target.label}, same tool` : "Empty, same tool";
     return html`<button type="button" id="new-path" data-operation="path.new" title=${title} ?hidden=${(plan?.points.length ?? 0) < 2} ?disabled=${!plan || plan.locked}
       @click=${() => this.begin(target?.id ?? "")}>New path</button>`;
   }

@@ -120,7 +120,7 @@ class PlanTab(Tab):
         points = self._edited.points()
         self._evaluations.again()
         if points:
-            self.workspace.case.go_to(points[len(points) // 2])
+            self.workspace.case.go_to(points[0])  # where the work begins
 
     def _check_own(self, plan_id: str) -> None:
         """Raise PlanError for a plan of another head: its points lie in other anatomy; and for a deleted one."""
@@ -364,8 +364,8 @@ class PlanTab(Tab):
                 raise
         self._evaluations.refresh(self._edited)
         self._removed.refresh(self.plan)
+        self._openings.refresh(self._edited)
         if self.active:
-            self._openings.refresh(self._edited)
             self._search_fields.refresh(self._edited)
 
     def sections(self) -> Sections:

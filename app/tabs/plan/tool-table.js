@@ -83,7 +83,7 @@ export class ToolTableGroup {
     const { state } = this.connection;
     const waits = isOld(state.corridor);
     const earlier = keyOf(state) !== this.askedOf || isOther(state.corridor, tools.find(({ tool }) => tool === plan.tool.name));
-    const words = waits ? UPDATING : earlier ? "Plan changed since. Ask again." : "Click a tool to choose it.";
+    const words = waits ? UPDATING : earlier ? "Plan changed. Ask again." : "Click a tool to choose it.";
     return html`${hintLine("tools-words", words, HELP, earlier && !waits)}
       <table class=${earlier || waits ? "points earlier" : "points"} id="tool-table" aria-label="Tools along this path">
         <thead><tr><th scope="col">Tool</th><th scope="col">Fit</th><th scope="col">Bone<span class="unit">mm</span></th><th scope="col">Tissue<span class="unit">mm</span></th></tr></thead>
@@ -178,8 +178,8 @@ export class ToolTableGroup {
   async choose({ tool }, earlier) {
     const { plan } = this.connection.state;
     if (!this.table || !plan || tool === plan.tool.name) return;
-    if (plan.locked) note("Locked. Unlock to change the tool.", { error: true });
-    else if (earlier) note("Plan changed since. Ask which tool again.", { error: true });
+    if (plan.locked) note("Unlock to change the tool.", { error: true });
+    else if (earlier) note("Plan changed. Ask again.", { error: true });
     else {
       const wish = { tool, revision: plan.revision };
       await send(`/api/v1/tool_tables/${encodeURIComponent(this.table.id)}/use`, wish).catch((error) => note(sentence(error.message), { error: true }));

@@ -25,7 +25,7 @@ export class Versions {
     const items = versions?.items ?? [];
     return html`<button type="button" class="wide" id="save-version" data-operation="version.save" ?disabled=${!versions} @click=${() => this.save()}>Save version</button>
       <ul class="list two-lines plain-rows" id="versions" ?hidden=${!items.length}>${repeat(items, ({ id }) => id, (version) => this.row(version, versions))}</ul>
-      ${items.length ? nothing : html`<p class="empty">None yet. A version keeps the plan as it is.</p>`}
+      ${items.length ? nothing : html`<p class="empty">A version keeps the plan as it is.</p>`}
       ${this.changes(versions)}`;
   }
 
@@ -38,7 +38,7 @@ export class Versions {
     const words = changes.length ? changes : ["No changes since then."];
     return html`<ul class="changes" id="version-changes" ?hidden=${!compared}>${words.map((text) => html`<li>${text}</li>`)}</ul>
       <button type="button" class="wide" id="go-back" data-operation="version.go_back" ?hidden=${!compared} ?disabled=${locked || !differs}
-        title=${changes.length && !differs ? "Only rehearsal settings differ" : nothing} @click=${() => this.goBack()}>Go back</button>`;
+        title=${changes.length && !differs ? "Only settings differ" : nothing} @click=${() => this.goBack()}>Go back</button>`;
   }
 
   /**
@@ -75,6 +75,6 @@ export class Versions {
   goBack() {
     const compared = this.connection.state.versions?.compared;
     if (!compared) return;
-    noteEdit(this.connection, "plan", this.connection.request("version.go_back", { version_id: compared }), "The plan is as it was in this version.");
+    noteEdit(this.connection, "plan", this.connection.request("version.go_back", { version_id: compared }), "Back to this version.");
   }
 }

@@ -26,7 +26,7 @@ export class RegistrationBar {
     draw(this.element, html`<div class="bar-line">
         ${iconTool("undo", "Undo (Ctrl+Z)", () => connection.send("registration.undo"), { id: "registration-undo", operation: "registration.undo", off: !registration?.can_undo })}
         ${iconTool("redo", "Redo (Ctrl+Shift+Z)", () => connection.send("registration.redo"), { id: "registration-redo", operation: "registration.redo", off: !registration?.can_redo })}
-        <button type="button" class="plain bar-lock" id="registration-lock" data-operation="registration.lock" aria-pressed=${String(locked)} ?disabled=${!registration} title="A locked registration cannot be changed"
+        <button type="button" class="plain bar-lock" id="registration-lock" data-operation="registration.lock" aria-pressed=${String(locked)} ?disabled=${!registration} title="It stays as it is"
           @click=${() => connection.send("registration.lock", { locked: !connection.state.registration?.locked })}>${iconTemplate(locked ? "lock" : "unlock")}${locked ? "Unlock" : "Lock"}</button>
         <span class="bar-space"></span>
         <button type="button" class="plain bar-name" id="registration-words" title="Registrations of this head" @click=${this.goToList}><span>${registration?.name}</span></button>

@@ -15,7 +15,7 @@ import { draw, html, nothing, repeat } from "/static/js/template.js";
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { BeadEntry, JobEntry, RegistrationSection } from "/static/js/types.js" */
 
-const WHAT = "Beads are small dense balls, glued to the skin before the scan.";
+const WHAT = "Beads were glued to the skin before the scan.";
 const JUDGED = { yes: ["Confirm", "Confirmed"], no: ["Reject", "Rejected"] };
 
 export class BeadsGroup {
@@ -88,8 +88,8 @@ export class BeadsGroup {
   renderList({ beads, locked, selected }) {
     const shown = this.filter.of(beads);
     draw(this.list, html`${this.filter.field(beads.length)}
-      <ul class="list fiducials" id="beads" aria-label="Beads that were found">${repeat(shown, ({ id }) => id, (bead) => this.row(bead, locked, bead.id === selected))}</ul>
-      ${shown.length ? nothing : html`<p class="empty">No bead has that name.</p>`}`);
+      <ul class="list fiducials" id="beads" aria-label="Beads">${repeat(shown, ({ id }) => id, (bead) => this.row(bead, locked, bead.id === selected))}</ul>
+      ${shown.length ? nothing : html`<p class="empty">None found.</p>`}`);
     this.roving.update();
   }
 
@@ -105,7 +105,7 @@ export class BeadsGroup {
         aria-pressed=${String(pressed)} aria-label=${`${words} ${bead.name}`} @click=${() => this.judge(bead, judge === "yes")}>${words}</button>`;
     };
     return html`<li class="row" data-state=${bead.state} aria-current=${String(selected)}>
-      <button type="button" class="row-main" title="Show it in the slices" @click=${() => this.connection.send("bead.show", { bead_id: bead.id })}><span>${bead.name}</span></button>
+      <button type="button" class="row-main" title="Show it" @click=${() => this.connection.send("bead.show", { bead_id: bead.id })}><span>${bead.name}</span></button>
       <div class="row-tools bead-judge">${button("yes", bead.state === "confirmed")}${button("no", bead.state === "rejected")}</div>
       <span class="row-sub">⌀ ${mm(bead.diameter_mm)} · ${placeWords(bead.position).replace(" mm", "")}</span>
     </li>`;
@@ -169,6 +169,6 @@ export function field(words, input) {
  * @param {number} leftOut
  */
 function saidOf(found, leftOut) {
-  const none = found ? "" : "No bead found. Try another size or threshold, or add points at the crosshair. ";
-  return leftOut ? `${none}${count(leftOut, "similar place", "similar places")} left out, such as teeth and edges of bone.` : none.trim();
+  const none = found ? "" : "No bead found. Try another size or threshold, or add points. ";
+  return leftOut ? `${none}${count(leftOut, "similar place", "similar places")} left out. Teeth and edges of bone look alike.` : none.trim();
 }

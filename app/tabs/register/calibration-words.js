@@ -3,7 +3,7 @@
 /** @import { CalibrationView, PointerTipView, RobotView } from "/static/js/types.js" */
 
 /** @type {Record<PointerTipView["measured_from"], string>} */
-const SOURCES = { file: "from a table", simulated: "simulated", tracker: "from the tracker" };
+const SOURCES = { file: "table", simulated: "simulated", tracker: "tracked" };
 
 /**
  * The group in one line, for when it is folded.
@@ -23,10 +23,10 @@ export function briefWords({ to, pointer, robot }) {
  */
 export function pointerRows(pointer) {
   return [
-    ["Error of the tip", `${mm(pointer.tip_error_mm)} rms`, "Expected error of the tip in the pointer"],
-    ["Residual", `${mm(pointer.residual_mm)} rms`, "Distance of the tip from its place; noise, slips and bending add"],
-    ["Swung by", `${pointer.swing_deg.toFixed(0)}°`, "In the least swung direction; 30° to all sides is good"],
-    ["Poses", sourceWords(pointer), "How many were used, and where they are from"],
+    ["Error of the tip", `${mm(pointer.tip_error_mm)} rms`, "Expected, in the pointer"],
+    ["Residual", `${mm(pointer.residual_mm)} rms`, "Distance of the tip from its place"],
+    ["Swung by", `${pointer.swing_deg.toFixed(0)}°`, "Least direction; 30° is good"],
+    ["Poses", sourceWords(pointer), "Used, and their source"],
   ];
 }
 
@@ -37,9 +37,9 @@ export function pointerRows(pointer) {
  */
 export function robotRows(robot) {
   return [
-    ["Residual, distance", `${mm(robot.translation_residual_mm)} rms`, "Between the marker as carried and as the tracker sees it"],
-    ["Residual, rotation", `${robot.rotation_residual_deg.toFixed(2)}° rms`, "The angle between the two"],
-    ["Poses", sourceWords(robot), "How many pairs were used, and where they are from"],
+    ["Residual, distance", `${mm(robot.translation_residual_mm)} rms`, "Marker, carried against seen"],
+    ["Residual, rotation", `${robot.rotation_residual_deg.toFixed(2)}° rms`, "Their angle"],
+    ["Poses", sourceWords(robot), "Used pairs, and their source"],
   ];
 }
 

@@ -28,7 +28,7 @@ export class CalibrationGroup {
     this.pointer = null;
     /** @type {HTMLSelectElement} */
     this.to = h("select", { id: "registered-to", onchange: () => this.choose() });
-    fillOptions(this.to, [["patient", "the patient, as tracked"], ["base", "the robot's base"]]);
+    fillOptions(this.to, [["patient", "the patient"], ["base", "the robot's base"]]);
     this.stays = h("p", { class: "words", id: "registered-to-words" });
     this.tip = new Tool("tip", "Pointer's tip", NO_TIP);
     this.robot = new Tool("tracker", "Robot and tracker", NO_ROBOT);
@@ -41,9 +41,9 @@ export class CalibrationGroup {
     this.status = h("p", { class: "words", id: "calibration-status", role: "status" });
     this.listen();
     this.element = h("div", { class: "fields" }, line(WHAT),
-      h("div", { class: "field" }, h("label", { class: "field-label", for: "registered-to" }, "This registration is to"), this.to), this.stays, this.status, this.tip.head, this.swingButton, this.tip.buttons,
+      h("div", { class: "field" }, h("label", { class: "field-label", for: "registered-to" }, "Registers to"), this.to), this.stays, this.status, this.tip.head, this.swingButton, this.tip.buttons,
       this.robot.head, this.robot.buttons,
-      h("details", { class: "folded" }, h("summary", {}, "Simulated noise"), h("div", { class: "fields" }, field("Error of one tracked point, mm rms", this.noise))),
+      h("details", { class: "folded" }, h("summary", {}, "Simulated noise"), h("div", { class: "fields" }, field("Noise, mm rms", this.noise))),
       h("div", { class: "calibration-head" }, h("h3", {}, "To the robot's base"), this.baseWords), this.baseButton, this.tipFile, this.robotFiles);
   }
 
@@ -119,7 +119,7 @@ export class CalibrationGroup {
 
   /** @param {number} left */
   swung(left) {
-    return `Swing the pointer about its tip … ${left} s`;
+    return `Swing it … ${left} s`;
   }
 
   choose() {
@@ -187,7 +187,7 @@ class Tool {
     this.figures = h("dl", { class: "facts calibration", id: `${name}-figures` });
     this.cautions = h("div", { class: "fields", hidden: true });
     this.fileButton = h("button", { type: "button", id: `read-${name}` }, name === "tracker" ? "Read tables …" : "Read table …");
-    this.simulateButton = h("button", { type: "button", id: `simulate-${name}`, title: "Practice: simulated, with the noise below" }, "Simulate");
+    this.simulateButton = h("button", { type: "button", id: `simulate-${name}`, title: "Practice" }, "Simulate");
     this.clearButton = h("button", { type: "button", class: "plain", id: `clear-${name}` }, "Forget");
     this.head = h("div", { class: "calibration-head" }, h("h3", {}, title), this.words, this.figures, this.cautions);
     this.buttons = h("div", { class: "buttons even" }, this.fileButton, this.simulateButton, this.clearButton);

@@ -11,7 +11,7 @@ import { field } from "./beads.js";
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { ErrorsView, FitView, OrderView, OrdersView, RegistrationSection } from "/static/js/types.js" */
 
-const BALLS = "Registration error stays inside these balls in 95 % of cases. Tool and tracking errors come on top. The balls lie about the targets, in the scene here and in Plan; their rings are seen through bone.";
+const BALLS = "Error stays inside these balls in 95 %. Tool and tracking errors come on top. The balls lie about the targets, in the scene here and in Plan; their rings are seen through bone.";
 const STATED = "State it where the tracker's error is known. Else it is estimated from the fit, which is rough with few points. Skin that moves adds to it.";
 /** @type {Partial<Record<FitView["state"], string>>} of transforms that the points had no part in */
 const FRE_WORDS = { given: "Points off by", refined: "Points off by" };
@@ -34,7 +34,7 @@ export class FitGroup {
       <dl class="facts" id="fit-figures">${figures(fit)}</dl>
       ${this.wrong(fit, locked)}
       <div class="fields" id="fit-cautions">${fit.cautions.map((text) => html`<p class="words caution">${said(text)}</p>`)}</div>
-      <button type="button" class=${good ? "wide plain" : "wide"} id="match-order" data-command="order.find" title="Find which measured point belongs to which bead"
+      <button type="button" class=${good ? "wide plain" : "wide"} id="match-order" data-command="order.find" title="Which point belongs to which bead"
         ?hidden=${fit.used < 3} ?disabled=${locked} @click=${() => this.connection.send("order.find")}>Match order</button>
       <div class="fields" id="orders" ?hidden=${!orders}>${orders ? this.orders(orders, locked) : nothing}</div>
       <button type="button" class="wide" id="fit-pairs" data-operation="registration.fit_pairs" ?hidden=${!given || fit.used < 3} ?disabled=${locked}
@@ -83,7 +83,7 @@ function orderCard(order, index, count, locked, take) {
     class="row-sub">at ${measured.map((value) => value.toFixed(1).replace("-", "−")).join(", ")} mm</span></li>`);
   return html`<div class="order-card" data-candidate=${index}>
     <p class="order-head"><span>${count > 1 ? `Order ${index + 1} of ${count}` : "Another order"}</span><span
-      class="number" title="Fit of the points; not the error at the target">FRE ${mm(order.fre_mm, 2)}</span></p>
+      class="number" title="Not the error at the target">FRE ${mm(order.fre_mm, 2)}</span></p>
     <p class="words">${orderWords(order)}.</p>
     ${moved.length ? html`<ul class="order-moves">${rows}</ul>` : nothing}
     <button type="button" class="order wide" ?disabled=${locked} @click=${take}>${moved.length ? "Take order" : "Keep order"}</button>
@@ -95,9 +95,9 @@ function figures(fit) {
   if (fit.fre_mm === null) return nothing;
   /** @type {[string, string, string][]} */
   const rows = [
-    [FRE_WORDS[fit.state] ?? "Fit error (FRE)", `${mm(fit.fre_mm, 2)} rms`, "RMS of the residuals; not the error at the target"],
-    ["Mean residual", mm(fit.mean_residual_mm, 2), "Mean distance of the points under the fit"],
-    ["Point error (FLE)", fleWords(fit), "Localisation error of a point, rms; gives the target error"],
+    [FRE_WORDS[fit.state] ?? "Fit error (FRE)", `${mm(fit.fre_mm, 2)} rms`, "Not the error at the target"],
+    ["Mean residual", mm(fit.mean_residual_mm, 2), "Mean distance of the points"],
+    ["Point error (FLE)", fleWords(fit), "Gives the target error"],
   ];
   return rows.map(([term, words, title]) => html`<dt title=${title}>${term}</dt><dd class="number">${words}</dd>`);
 }
@@ -109,7 +109,7 @@ export class ErrorsGroup {
     this.fle = numberInput("fle", 0.01, 50, 0.05, (value) => connection.send("registration.fle", { fle_mm: value }), () => connection.send("registration.fle", { fle_mm: null }));
     this.fle.placeholder = "estimated";
     this.fle.dataset.operation = "registration.fle";
-    this.fleField = field("Localisation error, mm rms", this.fle);
+    this.fleField = field("Point error, mm rms", this.fle);
     this.filter = new ListFilter("places", () => { if (this.registration) this.update(this.registration); });
     /** @type {RegistrationSection | undefined} */
     this.registration = undefined;
@@ -127,8 +127,8 @@ export class ErrorsGroup {
       ${this.filter.field(errors.rows.length)}
       <table class="points" id="error-table" aria-label="Expected error of the registration, in mm" ?hidden=${!errors.rows.length}>
         <thead><tr>
-          <th scope="col">Where</th><th scope="col" title="Root mean square of the error">rms</th>
-          <th scope="col" title="Registration error is below this in 95 % of cases">95 %</th>
+          <th scope="col">Where</th><th scope="col" title="Root mean square">rms</th>
+          <th scope="col" title="Below this in 95 % of cases">95 %</th>
         </tr></thead>
         <tbody>${shown.map((row) => this.row(row))}</tbody>
       </table>
@@ -143,7 +143,7 @@ export class ErrorsGroup {
 
   /** @param {ErrorsView["rows"][number]} row */
   row(row) {
-    return html`<tr title="Show it in the slices" @click=${() => this.connection.send("slice.cross", { position: row.position })}>
+    return html`<tr title=${row.s_mm === null ? "Show it" : "The worst of the path"} @click=${() => this.connection.send("slice.cross", { position: row.position })}>
       <td><span class=${row.s_mm === null ? "dot target" : "dot"}></span><button type="button" class="row-main">${rowWords(row)}</button></td><td>${mm(row.rms_mm, 2)}</td><td>${mm(roundedUp(row.within_95_mm), 2)}</td>
     </tr>`;
   }

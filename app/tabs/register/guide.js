@@ -1,6 +1,6 @@
 // The steps of a registration: which one is open, and the result of each in one line. Pure: it reads the view model, no document.
 import { briefWords, mm } from "./calibration-words.js";
-import { isUsable, roundedUp } from "./words.js";
+import { isReal, isUsable, roundedUp } from "./words.js";
 
 /** @import { Line } from "/static/js/step-list.js" */
 /** @import { PlanUseSection, RegistrationSection, ViewModel } from "/static/js/types.js" */
@@ -28,7 +28,7 @@ export const PARTS = [
 const LEAST = 3; // points that make a transform
 
 /** @type {Partial<Record<RegistrationSection["fit"]["state"], string>>} of points that have no transform */
-const NO_FIT = { waiting: "Needs three points", degenerate: "Points too close to a line", misfit: "Points do not fit", inconsistent: "Contradicts its points" };
+const NO_FIT = { waiting: "Needs 3 points", degenerate: "Points in a line", misfit: "Points do not fit", inconsistent: "Contradicts points" };
 
 /**
  * The step that comes next. With an error to be read it is that: using the registration is a person's decision.
@@ -108,7 +108,7 @@ export function stepLine(name, registration, use) {
   if (name === "beads") return beadsLine(registration);
   if (name === "points") return pointsLine(registration);
   if (name === "fit") return fitLine(registration);
-  return name === "error" ? errorLine(registration) : useLine(use);
+  return name === "error" ? errorLine(registration) : useLine(use, registration);
 }
 
 /**
@@ -155,16 +155,17 @@ function pointsLine({ pairs, fit }) {
 }
 
 /**
+ * That all points were simulated is in the line of Points, and no doubt of the fit.
  * @param {RegistrationSection} registration
  * @returns {Line}
  */
-function fitLine({ fit }) {
+function fitLine({ fit, pairs }) {
   const none = NO_FIT[fit.state];
   if (none) return { words: none, mark: fit.state === "waiting" ? "" : "caution" };
   if (fit.wrong) return { words: `${fit.wrong.certainty === "outlier" ? "Wrong" : "Check"}: ‘${fit.wrong.label}’`, mark: "caution" };
   const by = { given: "Imported", refined: "Refined" }[/** @type {"given"} */ (fit.state)];
   const fre = fit.fre_mm === null ? "" : `FRE ${mm(fit.fre_mm)}`;
-  return { words: [by, fre].filter(Boolean).join(", "), mark: fit.cautions.length ? "caution" : "done" };
+  return { words: [by, fre].filter(Boolean).join(", "), mark: fit.cautions.length > Number(fit.simulated && !pairs.some(isReal)) ? "caution" : "done" };
 }
 
 /**
@@ -173,18 +174,29 @@ function fitLine({ fit }) {
  */
 function errorLine({ fit, errors }) {
   if (!isUsable(fit)) return { words: "Needs a fit", mark: "" };
-  if (!errors.rows.length) return { words: fit.fle_source === "none" ? "Not known" : "No target yet", mark: fit.fle_source === "none" ? "caution" : "" };
-  return { words: `95 % within ${mm(roundedUp(Math.max(...errors.rows.map(({ within_95_mm: within }) => within))))}`, mark: "done" };
+  if (isUnknown(fit)) return { words: "Unknown", mark: "caution" };
+  if (!errors.rows.length) return { words: "No target yet", mark: "" };
+  return { words: `95 % within ${mm(roundedUp(Math.max(...errors.rows.map(({ within_95_mm: within }) => within))))}`, mark: fit.wrong?.certainty === "outlier" ? "caution" : "done" };
+}
+
+/**
+ * Whether a transform can be used whose error nobody knows: the verdict of a plan that uses it is unknown too.
+ * @param {RegistrationSection["fit"]} fit
+ */
+function isUnknown(fit) {
+  return fit.state === "given" || fit.state === "refined" || (isUsable(fit) && fit.fle_source === "none");
 }
 
 /**
  * @param {PlanUseSection | null | undefined} use
+ * @param {RegistrationSection} registration
  * @returns {Line}
  */
-function useLine(use) {
+function useLine(use, { fit }) {
   if (!use) return { words: "No plan open", mark: "" };
   if (isBlocked(use)) return { words: "Cannot be used", mark: "caution" };
   if (use.state === "none") return { words: "Not used", mark: "" };
+  if (use.here && isUnknown(fit)) return { words: "In use, error unknown", mark: "caution" };
   return use.here ? { words: "In use", mark: "done" } : { words: `‘${use.name}’ in use`, mark: "" };
 }
 

@@ -18,15 +18,15 @@ def register_hint(
     if blocked and (content is None or report is None or report.usable):
         return blocked
     if content is None or report is None:
-        return "Begin a registration: how the CT lies on the patient."
+        return "Begin a registration."
     confirmed = {pair.bead for pair in content.pairs}
     waiting = [bead for bead in content.beads if not bead.rejected and bead.id not in confirmed]
     if not content.pairs and not content.beads and content.made_from not in ("given", "surface"):
-        return "Press ‘Find beads’, or add points at the crosshair."
+        return "Find beads, or add points."
     if waiting and not any(pair.measured for pair in content.pairs):
         return "Confirm beads on the skin, reject the others."
     if any(pair.in_image is not None and pair.measured is None for pair in content.pairs) and not report.usable:
-        return "Touch, type or read each point."
+        return "Measure each point, or simulate."
     if report.wrong is not None and report.wrong.certainty == "outlier":  # one good set in four has a suspect
         return report.wrong.words
     if not report.usable:
@@ -36,9 +36,9 @@ def register_hint(
     if report.state == "refined" and not used:
         return "Check the points that took no part; then ‘Use for plan’."
     if report.fle_source == "none" and not used:
-        return "Add points to see the error; then ‘Use for plan’."
+        return "Add points to see the error, or ‘Use for plan’."
     if not used:
-        return "Read the error at the targets; then ‘Use for plan’."
+        return "Check the error, then ‘Use for plan’."
     if report.state == "refined" or report.fle_source == "none":
-        return "In use; its error is not known. Go to Plan."
-    return "In use. Go to Plan for the verdict."
+        return "In use, error unknown. Go to Plan."
+    return "In use. Go to Plan."

@@ -34,16 +34,16 @@ export class PairFields {
     this.measured = ["x", "y", "z"].map((axis) => this.coordinate(axis));
     this.measuredWords = h("p", { class: "words", id: "pair-measured-words", role: "status" });
     this.weight = numberInput("pair-weight", 0.01, 1000, 0.05, (weight) => this.send({ weight }));
-    this.touchButton = h("button", { type: "button", id: "touch-selected", "data-operation": "pair.touch", title: "For practice: no patient is measured", onclick: () => { if (this.pair) touch(this.pair.id); } }, "Simulate");
+    this.touchButton = h("button", { type: "button", id: "touch-selected", "data-operation": "pair.touch", title: "Practice", onclick: () => { if (this.pair) touch(this.pair.id); } }, "Simulate");
     this.measureButton = h("button", { type: "button", class: "primary wide", id: "measure-selected", onclick: () => { if (this.pair) measure(this.pair.id); } }, "Measure");
-    this.forgetButton = h("button", { type: "button", id: "forget-measured", title: "This point only; its place in the image stays", onclick: () => this.forget() }, "Forget");
+    this.forgetButton = h("button", { type: "button", id: "forget-measured", title: "Its place in the CT stays", onclick: () => this.forget() }, "Forget");
     this.deleteButton = h("button", { type: "button", id: "delete-pair", "data-operation": "pair.delete", onclick: () => this.delete() }, "Delete");
     for (const input of [this.label, this.image]) watchTyping(input);
     escapePutsBack(this.image);
     escapePutsBack(this.label);
-    this.element = h("div", { class: "fields pair-fields", hidden: true }, field("Name", this.label), field("In the image, mm", this.image),
-      h("div", { class: "field" }, h("span", { class: "field-label" }, "Measured at the patient, mm"), h("div", { class: "three" }, this.measured)), this.measuredWords,
-      h("div", { class: "field inline", title: "Weight beside the others; 1 is equal" }, h("label", { class: "field-label", for: "pair-weight" }, "Weight in the fit"), this.weight),
+    this.element = h("div", { class: "fields pair-fields", hidden: true }, field("Name", this.label), field("In the CT, mm", this.image),
+      h("div", { class: "field" }, h("span", { class: "field-label" }, "On the patient, mm"), h("div", { class: "three" }, this.measured)), this.measuredWords,
+      h("div", { class: "field inline", title: "1 is equal" }, h("label", { class: "field-label", for: "pair-weight" }, "Weight in the fit"), this.weight),
       this.measureButton, h("div", { class: "buttons even" }, this.touchButton, this.forgetButton, this.deleteButton));
   }
 
@@ -103,7 +103,7 @@ export class PairFields {
     const texts = draft?.texts ?? [0, 1, 2].map((axis) => (pair.measured ? String(Math.round(pair.measured[axis] * 1000) / 1000) : ""));
     this.measured.forEach((input, axis) => { if (other || !isTyped(input)) input.value = texts[axis]; });
     const { wrong, missing, words } = readPlace(draft?.texts ?? ["", "", ""]);
-    const kept = pair.measured ? " The measured point is kept; Escape shows it again." : " Not measured yet.";
+    const kept = pair.measured ? " Not saved; Escape goes back." : " Not measured.";
     this.measured.forEach((input, axis) => {
       if (draft && (wrong[axis] || (missing[axis] && pair.measured))) input.setAttribute("aria-invalid", "true");
       else input.removeAttribute("aria-invalid");

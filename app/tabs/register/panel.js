@@ -18,7 +18,7 @@ import { UseGroup } from "./use.js";
 /** @import { StepName } from "./guide.js" */
 /** @import { PlanUseSection, RegistrationSection, ViewModel } from "/static/js/types.js" */
 
-const WHAT = "Says how the CT lies on the patient. The same points are found in the CT and measured at the patient. A rehearsal in the CT alone needs none.";
+const WHAT = "Lays the CT onto the patient. The same points are found in the CT and measured at the patient. A rehearsal in the CT alone needs none.";
 const OF_ONE = PARTS.map(({ name }) => name).filter((name) => name !== "registrations"); // parts that belong to an open registration
 
 export default class RegisterPanel {
@@ -138,7 +138,7 @@ export default class RegisterPanel {
     this.head.hidden = Boolean(registration) && !gone && !blocked;
     const { connection } = this;
     draw(this.head, html`
-      ${blocked ? html`<p class="words caution" id="blocked-words">${said(`${blocked.words} Until then the plan is not driven.`)}</p>` : nothing}
+      ${blocked ? html`<p class="words caution" id="blocked-words">${said(`${blocked.words} Until then nothing is simulated.`)}</p>` : nothing}
       ${registration?.deleted ? html`<p class="words caution">‘${registration.name}’ is deleted. Restore it, or open another one.</p>` : nothing}
       ${gone ? html`<button type="button" class="primary wide" id="restore-registration" @click=${() => connection.send("registration.restore", { registration_id: gone.id })}>Restore ‘${gone.name}’</button>` : nothing}
       ${blocked ? html`<button type="button" class="wide" id="drop-blocked" ?disabled=${blocked.locked} @click=${() => connection.send("registration.use", { used: false })}>Use none</button>` : nothing}

@@ -21,11 +21,11 @@ export class PointsGroup {
   constructor(connection) {
     this.connection = connection;
     this.changed = whenChanged();
-    this.words = line("Confirm beads, or add points at the crosshair.");
+    this.words = line("Confirm beads, or add points.");
     this.noise = ownNumber("touch-noise", 0, 20, 0.1, 0.3);
     this.touchButton = h("button", { type: "button", class: "wide", id: "touch-all", onclick: () => this.touch(null) }, "Simulate all");
     this.touchBox = h("div", { class: "fields" }, this.touchButton, h("details", { class: "folded" }, h("summary", {}, "Simulated pointer"), h("div", { class: "fields" },
-      line("Practice only; no patient is measured. The simulated pointer touches the points of a head that lies somewhere, with this error."),
+      line("Practice: no patient. The simulated pointer touches the points of a head that lies somewhere, with this error."),
       field("Error of one touch, mm rms", this.noise))));
     this.practiceWords = h("p", { class: "words", id: "practice-words", hidden: true });
     /** @type {TrackerView | null} */
@@ -33,9 +33,9 @@ export class PointsGroup {
     this.measuring = false; // the tracked pointer rests on a point
     this.pointerWords = h("p", { class: "words", id: "pointer-words", role: "status" });
     this.chooser = h("input", { type: "file", hidden: true, accept: ".csv", id: "measured-file", onchange: () => this.readTable() });
-    this.tableButton = h("button", { type: "button", id: "read-measured", title: "CSV: label, x, y, z; above ‘# unit=mm’ and ‘# frame=patient’", onclick: () => this.chooser.click() }, "Read table …");
-    this.addButton = h("button", { type: "button", id: "add-pair", "data-operation": "pair.add", title: "Adds a point where the slices cross", onclick: () => connection.send("pair.add") }, "Add point");
-    this.clearButton = h("button", { type: "button", id: "clear-measured", "data-operation": "pair.clear_measured", title: "Forget all that was measured", onclick: () => this.clear() }, "Clear");
+    this.tableButton = h("button", { type: "button", id: "read-measured", title: "CSV: label, x, y, z; ‘# unit=mm’, ‘# frame=patient’", onclick: () => this.chooser.click() }, "Read table …");
+    this.addButton = h("button", { type: "button", id: "add-pair", "data-operation": "pair.add", title: "At the crosshair", onclick: () => connection.send("pair.add") }, "Add point");
+    this.clearButton = h("button", { type: "button", id: "clear-measured", "data-operation": "pair.clear_measured", title: "Forgets all measured points", onclick: () => this.clear() }, "Clear");
     this.filter = new ListFilter("points", () => { if (this.registration) this.render(this.registration); });
     this.list = h("div", { class: "fields" });
     this.roving = rovingRows(this.list, ".pair-name > input, .touch");
@@ -83,7 +83,7 @@ export class PointsGroup {
       <ul class="list fiducials" id="pairs" aria-label="Points" ?hidden=${!pairs.length}>${repeat(shown, ({ id }) => id, (pair) => this.row(pair, {
         scale, locked, selected: pair.id === selected, wrong: wrongOf(pair, fit), practice, typed: readPlace(this.places.drafts.get(pair.id)?.texts ?? ["", "", ""]).words,
       }))}</ul>
-      ${shown.length || !pairs.length ? nothing : html`<p class="empty">No point has that name.</p>`}`);
+      ${shown.length || !pairs.length ? nothing : html`<p class="empty">None found.</p>`}`);
     this.roving.update();
     if (!selected || this.pressed !== selected) return;
     this.pressed = "";
@@ -101,11 +101,11 @@ export class PointsGroup {
     const name = pair.label || "Point";
     const use = (/** @type {Event} */ { currentTarget }) => this.connection.send("pair.change", { pair_id: id, enabled: /** @type {HTMLInputElement} */ (currentTarget).checked });
     return html`<li class=${pair.enabled ? "row pair" : "row pair left-out"} data-wrong=${wrong || nothing} aria-current=${String(selected)}>
-      <span class="pair-name"><input type="checkbox" title="Whether the fit uses it" aria-label=${`Fit ${name}`} .checked=${live(pair.enabled)} ?disabled=${locked} @change=${use}
-        ><button type="button" class="row-main" title="Show it, and its coordinates" @click=${() => this.select(id)}><span>${name}</span><span
+      <span class="pair-name"><input type="checkbox" title="Used by the fit" aria-label=${`Fit ${name}`} .checked=${live(pair.enabled)} ?disabled=${locked} @change=${use}
+        ><button type="button" class="row-main" title="Show it" @click=${() => this.select(id)}><span>${name}</span><span
         class=${typed ? "row-sub caution" : "row-sub"}>${typed ? `${pairWords(pair)}; ${typed}` : pairWords(pair)}</span></button></span>
       <span class="number residual" ?hidden=${residual === null}>${residual === null ? "" : mm(residual, 2)}</span>
-      <button type="button" class="touch" title="Practice: touch it with the simulated pointer" aria-label=${`Simulate touch of ${name}`}
+      <button type="button" class="touch" title="Practice" aria-label=${`Simulate touch of ${name}`}
         ?hidden=${!practice || Boolean(pair.measured) || !pair.in_image} ?disabled=${locked} @click=${() => this.touch(id)}>Simulate</button>
       <span class="residual-bar" title=${barWords(scale)} ?hidden=${residual === null}><span style=${`width: ${(100 * barShare(residual, scale)).toFixed(1)}%`}></span></span>
       ${selected ? this.places.element : nothing}
@@ -137,7 +137,7 @@ export class PointsGroup {
     this.update(registration, this.pointer);
     try {
       const answer = await send(`/api/v1/registrations/${encodeURIComponent(registration.id)}/pairs/${encodeURIComponent(pairId)}/measure`, {});
-      note(`Measured; the tip was still within ${mm(answer.spread_mm, 2)} rms.`);
+      note(`Measured; tip still within ${mm(answer.spread_mm, 2)} rms.`);
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });
     } finally {
@@ -156,7 +156,7 @@ export class PointsGroup {
       /** @type {RegistrationPublic} */
       const read = await upload(`/api/v1/registrations/${encodeURIComponent(this.registration.id)}/measured`, form, () => {});
       if (read.told) note(read.told, { stay: true });
-      note("Points read. Check each, or press ‘Match order’.");
+      note("Check each, or ‘Match order’.");
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });
     }

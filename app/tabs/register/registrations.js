@@ -41,7 +41,7 @@ export class RegistrationsList {
     draw(this.element, html`
       ${this.filter.field(listed.length)}
       <ul class="list two-lines plain-rows" id="registrations" aria-label="Registrations" ?hidden=${!shown.length}>${repeat(shown, ({ id, deleted }) => `${id} ${deleted}`, (item) => this.row(item, registration?.id))}</ul>
-      ${shown.length || !listed.length ? nothing : html`<p class="empty">No registration has that name.</p>`}
+      ${shown.length || !listed.length ? nothing : html`<p class="empty">None found.</p>`}
       <label class="check" ?hidden=${!all.some(({ deleted }) => deleted)}><input type="checkbox" .checked=${this.deleted} @change=${show}>Show deleted</label>
       <div class="buttons even"><button type="button" id="new-registration" data-operation="registration.new" @click=${() => this.add()}>New registration</button
         >${filesButton(TRANSFORM, ([file]) => this.import(file))}</div>`);
@@ -72,7 +72,7 @@ export class RegistrationsList {
   remove(id) {
     const fields = { registration_id: id };
     const used = this.connection.state.plan_use?.registration === id;
-    noteDone(this.connection.request("registration.delete", fields), used ? "Registration deleted. The open plan used it and is not driven." : "Registration deleted.",
+    noteDone(this.connection.request("registration.delete", fields), used ? "Deleted. The plan used it; choose another." : "Registration deleted.",
       { label: "Restore", run: () => this.connection.send("registration.restore", fields) });
   }
 

@@ -14,7 +14,7 @@ import { isUsable, refinementRows, touchedWords } from "./words.js";
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { JobEntry, RegistrationSection, StructureEntry, TrackerView } from "/static/js/types.js" */
 
-const WHAT = "Touch bone over edges and several sides. The touched points are moved onto the bone of the CT. The registration has to be right within some millimetres before.";
+const WHAT = "Touch edges and several sides. The touched points are moved onto the bone of the CT. The registration has to be right within some millimetres before.";
 
 export class SurfaceGroup {
   /** @param {Connection} connection */
@@ -33,14 +33,14 @@ export class SurfaceGroup {
     this.pointer = null;
     this.structure = h("select", { id: "surface-structure" });
     this.chooser = h("input", { type: "file", hidden: true, accept: ".csv", id: "surface-file", onchange: () => this.readTable() });
-    this.tableButton = h("button", { type: "button", id: "read-surface", title: "CSV: x, y, z; above ‘# unit=mm’ and ‘# frame=patient’", onclick: () => this.chooser.click() }, "Read table …");
-    this.touchButton = h("button", { type: "button", id: "touch-surface", title: "Practice: a simulated pointer touches the surface from outside", onclick: () => this.touch() }, "Simulate");
+    this.tableButton = h("button", { type: "button", id: "read-surface", title: "CSV: x, y, z; ‘# unit=mm’, ‘# frame=patient’", onclick: () => this.chooser.click() }, "Read table …");
+    this.touchButton = h("button", { type: "button", id: "touch-surface", title: "Practice", onclick: () => this.touch() }, "Simulate");
     this.record = new RecordButton("stroke-surface", "Stroke", (seconds) => this.stroked(seconds));
     this.count = ownNumber("surface-count", 10, 2000, 10, 60);
     this.noise = ownNumber("surface-noise", 0, 20, 0.1, 0.3);
     this.keep = ownNumber("surface-keep", 50, 100, 5, 75);
     this.options = h("details", { class: "folded" }, h("summary", {}, "Simulated pointer, share"), h("div", { class: "fields" },
-      field("Points that it touches", this.count), field("Error of one touch, mm rms", this.noise), field("Fit the nearest … %, the others are slips", this.keep)));
+      field("Points", this.count), field("Error of a touch, mm rms", this.noise), field("Nearest points used, %", this.keep)));
     this.state = h("p", { class: "words", id: "surface-state", role: "status" });
     this.refineButton = h("button", { type: "button", class: "wide", id: "refine-surface", onclick: () => this.refine() }, "Refine");
     this.figures = h("dl", { class: "facts", id: "surface-figures" });

@@ -11,7 +11,7 @@ import { isUsable } from "./words.js";
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { RegistrationSection, TracedPublic, TrackerView, ViewModel } from "/static/js/types.js" */
 
-const WHAT = "Lead the pointer's tip in; a new path follows it. Go from outside to inside. The other paths of the open plan stay.";
+const WHAT = "Lead the pointer in; a path follows. Go from outside to inside. The other paths of the open plan stay.";
 
 export class TraceGroup {
   /** @param {Connection} connection */
@@ -26,15 +26,15 @@ export class TraceGroup {
     this.state = connection.state;
     this.record = new RecordButton("record-trace", "Trace", (seconds) => this.during(() => send(this.address("/tracked"), { seconds, ...this.named() })));
     this.chooser = h("input", { type: "file", hidden: true, accept: ".csv", id: "trace-file", onchange: () => this.readTable() });
-    this.tableButton = h("button", { type: "button", id: "read-trace", title: "CSV in order: x, y, z; above ‘# unit=mm’ and ‘# frame=patient’", onclick: () => this.chooser.click() }, "Read table …");
-    this.practiceButton = h("button", { type: "button", id: "trace-simulated", title: "A simulated pointer follows the chosen path, with an error", onclick: () => this.practise() }, "Simulate");
+    this.tableButton = h("button", { type: "button", id: "read-trace", title: "CSV: x, y, z; ‘# unit=mm’, ‘# frame=patient’", onclick: () => this.chooser.click() }, "Read table …");
+    this.practiceButton = h("button", { type: "button", id: "trace-simulated", title: "Practice", onclick: () => this.practise() }, "Simulate");
     this.noise = ownNumber("trace-noise", 0, 20, 0.1, 0.3);
     this.why = h("p", { class: "words caution", id: "trace-why" });
     this.words = h("p", { class: "words", id: "trace-words", role: "status" });
     this.element = h("div", { class: "fields" }, line(WHAT), this.why, this.record.element,
       h("div", { class: "buttons even" }, this.practiceButton, this.tableButton),
       h("details", { class: "folded" }, h("summary", {}, "Simulated pointer"), h("div", { class: "fields" },
-        line("Practice: follows the chosen path. The patient is that of the simulated touches."), field("Error of a sample, mm rms", this.noise))),
+        line("Practice: follows the path. The patient is that of the simulated touches."), field("Error, mm rms", this.noise))),
       this.words, this.chooser);
   }
 
@@ -120,7 +120,7 @@ export class TraceGroup {
  */
 function whyNot(registration, plan) {
   if (!plan) return "Open a plan first.";
-  if (plan.locked) return "The plan is locked. Unlock it in Plan.";
+  if (plan.locked) return "The plan is locked.";
   if (registration.deleted || !isUsable(registration.fit)) return "Fit the points first.";
   return "";
 }

@@ -9,7 +9,7 @@ import { exportWords, isUsable } from "./words.js";
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { PlanUseSection, RegistrationSection } from "/static/js/types.js" */
 
-const EXPORTS = [["tfm", "ITK transform (.tfm)", "Opens in 3D Slicer and ITK"], ["json", "Transform (.json)", "The matrix with its frames and unit"]];
+const EXPORTS = [["tfm", "ITK transform (.tfm)", "For 3D Slicer and ITK"], ["json", "Transform (.json)", "Matrix, frames, unit"]];
 
 export class UseGroup {
   /** @param {Connection} connection */
@@ -35,12 +35,12 @@ export class UseGroup {
   template(registration, use) {
     const { fit, deleted, calibration } = registration;
     const usable = isUsable(fit) && !deleted;
-    const words = use?.words ?? "Open a plan to use a registration for it.";
+    const words = use?.words ?? "Open a plan first.";
     const send = (/** @type {boolean} */ used) => this.connection.send("registration.use", { used });
     const why = usable ? "" : notUsable(registration);
     return html`<p class=${isBlocked(use) ? "words caution" : "words"} id="plan-use-words">${said(use?.here ? words.replace(fit.words, "").trim() : words)}</p>
       <button type="button" class="primary wide" id="use-registration" data-command="registration.use" ?hidden=${!use || (use.here && use.state === "ready")} ?disabled=${!usable || Boolean(use?.locked)}
-        title=${use?.locked ? "The plan is locked. Unlock it in Plan." : why || nothing} @click=${() => send(true)}>Use for plan</button>
+        title=${use?.locked ? "The plan is locked." : why || nothing} @click=${() => send(true)}>Use for plan</button>
       <button type="button" class="wide" id="drop-registration" ?hidden=${!use?.registration} ?disabled=${Boolean(use?.locked)} @click=${() => send(false)}>Use none</button>
       <div class="fields">${EXPORTS.map(([format, label, title]) => html`<button type="button" data-format=${format} title=${why || title} ?disabled=${!usable}
         @click=${() => download(`/api/v1/registrations/${encodeURIComponent(registration.id)}/export?format=${format}`)}>${label}</button>`)}</div>
@@ -53,7 +53,7 @@ export class UseGroup {
  * @param {RegistrationSection} registration
  */
 function notUsable({ deleted, fit }) {
-  if (deleted) return "Restore the deleted registration first.";
+  if (deleted) return "Restore it first.";
   if (fit.state === "inconsistent") return brief(fit.words);
-  return fit.state === "misfit" ? "Points do not fit: match their order or measure again." : "Fit the points first.";
+  return fit.state === "misfit" ? "Points do not fit: match order or remeasure." : "Fit the points first.";
 }

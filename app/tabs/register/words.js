@@ -5,15 +5,15 @@
 const [HELD, WELL_HELD] = [0.02, 0.1]; // of stability: 45 points of 0.3 mm tell the least held motion to 0.55 and 0.25 mm
 const LEAST_SCALE_MM = 1; // a full bar: residuals below it do not look large
 /** @type {Record<PairEntry["measured_from"], string>} */
-const SOURCES = { typed: "typed", file: "from a table", simulated: "simulated touch", tracker: "from the tracker" };
+const SOURCES = { typed: "typed", file: "table", simulated: "simulated", tracker: "tracked" };
 
 /**
  * What is known of a point, in a few words.
  * @param {PairEntry} pair
  */
 export function pairWords(pair) {
-  if (!pair.in_image) return "measured, not in the image yet";
-  if (!pair.measured) return "not measured yet";
+  if (!pair.in_image) return "not in the CT yet";
+  if (!pair.measured) return "not measured";
   const weight = pair.weight === 1 ? "" : `, weight ${pair.weight}`;
   return pair.enabled ? `${SOURCES[pair.measured_from]}${weight}` : `${SOURCES[pair.measured_from]}, left out`;
 }
@@ -64,7 +64,7 @@ export function canPractise(pairs) {
  * @param {number} scale see `barScale`
  */
 export function barWords(scale) {
-  return `How far it is off under the fit; full at ${scale.toFixed(scale < 10 ? 1 : 0)} mm`;
+  return `Residual; full bar ${scale.toFixed(scale < 10 ? 1 : 0)} mm`;
 }
 
 /**
@@ -75,7 +75,7 @@ export function practiceWords(pairs) {
   if (canPractise(pairs) || !pairs.some((pair) => pair.measured && pair.measured_from === "simulated")) return "";
   const real = pairs.filter(isReal).map((pair) => `‘${pair.label || "Point"}’`);
   const those = real.length === 1 ? `${real[0]} was` : `${real.length} points were`;
-  return `${those} really measured. Forget ${real.length === 1 ? "it" : "them"} to simulate: choose the point and press ‘Forget’, or press ‘Clear’ for all.${real.length === 1 ? "" : ` They are ${real.join(", ")}.`}`;
+  return `${those} measured. Forget ${real.length === 1 ? "it" : "them"} to simulate: choose the point and press ‘Forget’, or press ‘Clear’ for all.${real.length === 1 ? "" : ` They are ${real.join(", ")}.`}`;
 }
 
 /**
@@ -84,7 +84,8 @@ export function practiceWords(pairs) {
  */
 export function rowWords(row) {
   if (row.s_mm === null) return row.label || "Target";
-  return `Worst on the path, at ${row.s_mm.toFixed(0)} mm`;
+  const at = row.s_mm.toFixed(0);
+  return at === "0" ? "Path, at its entry" : `Path, at ${at} mm`;
 }
 
 /**
@@ -92,7 +93,7 @@ export function rowWords(row) {
  * @param {FitView} fit
  */
 export function fleWords(fit) {
-  if (fit.fle_mm === null) return fit.state === "misfit" ? "not known: the points do not fit" : "not known yet";
+  if (fit.fle_mm === null) return fit.state === "misfit" ? "unknown: points do not fit" : "unknown";
   const figure = `${fit.fle_mm.toFixed(2)} mm`;
   return fit.fle_source === "stated" ? `${figure}, as stated` : `${figure}, estimated`;
 }
@@ -105,11 +106,11 @@ export function orderWords({ moves }) {
   const moved = moves.filter(({ stays }) => !stays).length;
   if (!moved) return "As they are now";
   const stay = moves.length - moved;
-  return `${moved === 1 ? "One point gets" : `${moved} points get`} another measured place${stay ? `, ${stay} ${stay === 1 ? "stays" : "stay"}` : ""}`;
+  return `${moved === 1 ? "One point gets" : `${moved} points get`} another place${stay ? `, ${stay} ${stay === 1 ? "stays" : "stay"}` : ""}`;
 }
 
 /** @type {Record<TouchedView["measured_from"], string>} */
-const TOUCHED_FROM = { file: "from a table", simulated: "by the simulated pointer", tracker: "by the tracked pointer" };
+const TOUCHED_FROM = { file: "table", simulated: "simulated", tracker: "tracked" };
 
 /**
  * What was touched on a surface, and what can be done with it.
@@ -119,7 +120,7 @@ const TOUCHED_FROM = { file: "from a table", simulated: "by the simulated pointe
  */
 export function touchedWords(touched, structure, usable) {
   if (!touched) return usable ? "Nothing touched yet." : "Fit the points first.";
-  const what = `${touched.count} points touched on ${structure}, ${TOUCHED_FROM[touched.measured_from]}.`;
+  const what = `${touched.count} points on ${structure}, ${TOUCHED_FROM[touched.measured_from]}.`;
   if (!usable) return `${what} Fit the points first.`;
   return touched.refinement ? what : `${what} Not refined yet.`;
 }
@@ -132,12 +133,12 @@ export function touchedWords(touched, structure, usable) {
  */
 export function refinementRows({ refinement, count }, fit) {
   if (!refinement) return [];
-  const judged = fit.fre_mm === null ? "none to judge by" : `${fit.fre_mm.toFixed(2)} mm rms`;
+  const judged = fit.fre_mm === null ? "none" : `${fit.fre_mm.toFixed(2)} mm rms`;
   return [
-    ["Measured points", judged, "Judges it: their distance under the refined transform, rms"],
-    ["Moved by up to", `${refinement.moved_mm.toFixed(2)} mm`, "Largest displacement of a touched point"],
-    ["Hold against sliding", `${refinement.stability.toFixed(2)} of 1, ${holdWords(refinement.stability)}`, "0 to 1; near 0 on a plane or ball: points slide"],
-    ["Residual", `${refinement.residual_mm.toFixed(2)} mm rms, ${refinement.kept} of ${count}`, "It is not the accuracy"],
+    ["Measured points", judged, "They judge it"],
+    ["Moved by up to", `${refinement.moved_mm.toFixed(2)} mm`, "Of a touched point"],
+    ["Hold against sliding", `${refinement.stability.toFixed(2)} of 1, ${holdWords(refinement.stability)}`, "0 to 1; near 0 points slide"],
+    ["Residual", `${refinement.residual_mm.toFixed(2)} mm rms, ${refinement.kept} of ${count}`, "Not the accuracy"],
   ];
 }
 
@@ -147,7 +148,7 @@ export function refinementRows({ refinement, count }, fit) {
  */
 function holdWords(stability) {
   if (stability >= WELL_HELD) return "held well";
-  return stability >= HELD ? "held weakly: touch other sides too" : "may slide: touch edges and other sides";
+  return stability >= HELD ? "weak: touch other sides" : "may slide: touch edges";
 }
 
 /**
@@ -164,7 +165,7 @@ export function roundedUp(value) {
  */
 export function exportWords(to) {
   const there = to === "base" ? "to the robot's base" : "onto the patient";
-  return `Moves plan points ${there}. The files of Plan, ‘Export’, hold them in the image's frame. The folder for 3D Slicer there has plan, head, transforms and points. The whole head as one file: Patient, ‘Save head …’.`;
+  return `Moves points ${there}. The files of Plan, ‘Export’, hold them in the image's frame. The folder for 3D Slicer there has plan, head, transforms and points. The whole head as one file: Patient, ‘Save head …’.`;
 }
 
 /**
@@ -173,6 +174,6 @@ export function exportWords(to) {
  */
 export function importedWords({ name, to, fit, said }) {
   const where = to === "base" ? "the robot's base" : "the patient";
-  const open = said?.to ? "" : ` The file does not say so; choose otherwise in ‘Pointer and robot’.`;
-  return `Read as ‘${name}’, to ${where}.${open}${fit.simulated ? " It is simulated: no real patient." : " Add points to see how far each is off."}`;
+  const open = said?.to ? "" : ` If not, choose otherwise in ‘Pointer and robot’.`;
+  return `Read as ‘${name}’, to ${where}.${open}${fit.simulated ? " Simulated: no patient." : " Add points to check it."}`;
 }

@@ -2,6 +2,7 @@
 
 /** @import { Answer, CommandType, Fields, HelloMessage, Message, NoteMessage, ViewModel } from "./types.js" */
 import { Backoff } from "./backoff.js";
+import { keep, recallText } from "./remember.js";
 
 /** @typedef {{ connected: boolean, again?: boolean, words?: string, refused?: boolean }} Link what a `link` event tells */
 /** @typedef {{ waitMs: number, words: string }} Refusal */
@@ -32,11 +33,15 @@ const GONE = "Connection lost, reconnecting … Every change is saved. If the pl
 const STREAMS = /^(heartbeat|grip\.release|drive|twist|axes|rate|slice\..*|view\..*|item\.drag)$/;
 
 /**
- * What this tab had open, for a planner that was started anew.
+ * What this tab had open, for a planner that was started anew; a new tab has what this browser had open last.
  * @returns {Record<string, string>}
  */
 function remembered() {
-  return JSON.parse(sessionStorage.getItem("vfix-open") ?? "{}");
+  try {
+    return JSON.parse(sessionStorage.getItem("vfix-open") ?? recallText("open") ?? "{}");
+  } catch {
+    return {}; // what is stored is damaged
+  }
 }
 
 /**
@@ -45,7 +50,9 @@ function remembered() {
  */
 function remember(state, news) {
   if (!(news.case || news.plan || news.step) || !state.case || !state.step) return;
-  sessionStorage.setItem("vfix-open", JSON.stringify({ case: state.case.id, plan: state.plan?.id, step: state.step.name }));
+  const open = { case: state.case.id, plan: state.plan?.id };
+  sessionStorage.setItem("vfix-open", JSON.stringify({ ...open, step: state.step.name }));
+  keep("open", JSON.stringify(open));
 }
 
 function tabId() {

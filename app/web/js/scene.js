@@ -234,7 +234,7 @@ export class SceneFrame {
   renderLegend(scale, balls) {
     const legend = byId("legend");
     legend.hidden = !scale && !balls;
-    legend.replaceChildren(...scaleLegend(scale), ...(balls ? [h("div", { class: "legend-unknown" }, h("span", { class: "ball-swatch" }), "registration’s error, 95 %")] : []));
+    legend.replaceChildren(...scaleLegend(scale), ...(balls ? [h("div", { class: "legend-unknown" }, h("span", { class: "ball-swatch" }), "registration error, 95 %")] : []));
   }
 
   /** @param {number | null} perPixel mm */

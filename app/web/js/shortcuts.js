@@ -31,7 +31,7 @@ export const SHORTCUTS = [
     { keys: "Double-click", words: "This slice alone, and back" },
   ]],
   ["Plan", [
-    { keys: "Click", words: "Add what is chosen under ‘Click adds’" },
+    { keys: "Click", words: "Add what ‘Click’ says" },
     { keys: "Enter, Esc", words: "Add at the ring, or take it back" },
     { keys: "Ctrl Z", words: "Undo", does: "undo" },
     { keys: "Ctrl Shift Z", words: "Redo", does: "redo" },

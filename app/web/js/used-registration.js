@@ -41,7 +41,7 @@ export class UsedRegistration {
 export function usedWords(use, verdict, driven) {
   if (use.state === "none") return [];
   if (use.state !== "ready") return [{ words: use.words, caution: true }];
-  const words = [`Registration ‘${use.name ?? ""}’. ${use.error_words}`, ...narrowestWords(verdict), ...(driven ? [DRIVEN] : [])].join(" ");
+  const words = [`Uses ‘${use.name ?? ""}’. ${use.error_words}`, ...narrowestWords(verdict), ...(driven ? [DRIVEN] : [])].join(" ");
   return [{ words, caution: false }, ...use.doubts.map((doubt) => ({ words: doubt, caution: true }))];
 }
 

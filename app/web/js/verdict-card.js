@@ -38,7 +38,7 @@ export class VerdictCard {
     }
     this.follow(corridor.job);
     const job = this.quiet === undefined ? state.jobs?.items.find(({ id }) => id === this.job) : undefined;
-    const aside = step?.name === "register" && corridor.verdict && !corridor.verdict.figures.some(({ name }) => name === "registration error");
+    const aside = step?.name === "register" && corridor.verdict && !isOld(corridor) && !corridor.verdict.figures.some(({ name }) => name === "registration error");
     this.changed([corridor, job, this.open, this.cancelling, aside, plan?.short_mm], () => draw(this.element, this.card(corridor, job, Boolean(aside), shortWords(plan?.short_mm ?? 0))));
   }
 
@@ -54,7 +54,7 @@ export class VerdictCard {
     const level = verdict && old ? verdict.level : corridor.level;
     const mark = stateWords(corridor);
     return html`
-      <div class=${old ? "card-body stale" : "card-body"} id="verdict" data-level=${level ?? ""}>
+      <div class=${`card-body${old ? " stale" : ""}${this.open ? " open" : ""}`} id="verdict" data-level=${level ?? ""}>
         <div class="card-head">
           <span class="card-icon">${iconTemplate(level ? LEVEL_ICONS[level] : "waiting")}</span>
           <div class="card-verdict"><strong class="card-word" role="status">${corridor.word || "Simulating"}<span class="visually-hidden">${spoken(corridor)}</span></strong>

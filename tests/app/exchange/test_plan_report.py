@@ -24,7 +24,7 @@ from app.planning.piercing import Pierced
 from app.planning.protected_structures import structure_of
 from app.plans.operations.points import MovePoint
 from app.plans.points import PlanPoint
-from app.plans.zones import PlanZone, RemovedBone
+from app.plans.zones import COLOURS, PlanZone, RemovedBone
 from app.services import Services
 from app.tabs.plan.clearance import verdict_view
 from vfix_engine.files.volume import Volume
@@ -66,7 +66,7 @@ def test_it_says_what_the_evaluation_says(phantom_services: Services, page: str)
     assert "Not for clinical use" in text
     rows = dict(re.findall(r"<tr[^>]*><td>([^<]*)</td><td>[^<]*</td><td>([^<]*)</td>", page))
     for target in report.targets:
-        cone = f"a cone of {target.cone_deg:.0f}°" if target.cone_deg else "nowhere"
+        cone = f"{target.cone_deg:.0f}° cone" if target.cone_deg else "not seen"
         assert rows[html.escape(target.label)] == cone
     assert len({target.cone_deg for target in report.targets}) > 2
 
@@ -92,6 +92,45 @@ def test_it_is_whole_in_itself(page: str) -> None:
 def test_no_scan_unless_it_is_asked_for(phantom_services: Services) -> None:
     page = phantom_services.plan_reports.html(phantom_services.plans.get(SAMPLE), with_images=False)
     assert ("<image" in page, "<svg" in page) == (False, True)
+
+
+def test_the_whole_head_is_shown_with_its_path_and_without_skin_or_scan(phantom_services: Services, page: str) -> None:
+    """Also where the scan was asked for: a face would be seen in it."""
+    figures = re.findall(r"<figure>(<svg.*?</svg>)<figcaption>(.*?)</figcaption>", page, flags=re.DOTALL)
+    assert len(figures) == 4
+    svg, caption = figures[-1]
+    assert caption.startswith("Whole head, sagittal")
+    assert ("<image" in svg, "<image" in figures[0][0]) == (False, True)
+    skull = phantom_services.cases.case_surface(HEAD_PHANTOM, "skull")
+    half = float(re.findall(r'viewBox="-([0-9.]+)', svg)[0])
+    low, high = (float(one) for one in np.array(skull.bounds)[:, 2])
+    assert half > 0.5 * (high - low)  # all of it
+    found = re.search(rf'style="stroke:{module.BONE}" d="([^"]+)"', svg)
+    assert found is not None
+    bone = np.array([[float(x) for x in pair.split()] for pair in re.split("[ML]", found[1])[1:]])
+    skin = phantom_services.cases.case_surface(HEAD_PHANTOM, "skin").bounds
+    front = float(np.array(skull.bounds)[:, 1].min())
+    assert np.array(skin)[:, 1].min() < front - 5.0, "the nose stands out of the bone"
+    middle = 0.5 * sum(np.array(skull.bounds)[:, 1])
+    assert middle + bone[:, 0].min() > front - 10.0, "no outline of it"
+    assert re.search(r'<path class="path( beyond)?" d="', svg)
+
+
+@pytest.mark.parametrize(
+    ("stored", "drawn"),
+    [("#e0b04c", COLOURS[0]), ("#C97BD1", COLOURS[1]), ("#b8a1e3", COLOURS[5]), (COLOURS[2], COLOURS[2]),
+     ("#123456", "#123456")],
+)  # fmt: skip
+def test_a_former_default_colour_is_drawn_in_the_present_one(
+    phantom_services: Services, stored: str, drawn: str
+) -> None:
+    sample = phantom_services.plans.get(SAMPLE)
+    x, y, z = sample.content.points[-1].position
+    zone = PlanZone("z1", "nerve", {"kind": "sphere", "centre": (x, y, z), "radius": 4.0}, colour=stored)
+    assert (zone.colour, zone.drawn_colour) == (stored, drawn)
+    plan = replace(sample, content=replace(sample.content, zones=(zone,)))
+    page = phantom_services.plan_reports.html(plan, with_images=False)
+    assert f"color:{drawn}" in page
 
 
 NASTY = "<b>&\"' {}"

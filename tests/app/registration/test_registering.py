@@ -273,7 +273,7 @@ def test_the_table_says_what_its_figures_mean(plan: Plan) -> None:
     assert table.path.s_mm[0] == 0.0
     worst = max(target.error.within_95_mm for target in table.targets)
     assert f"below {np.ceil(worst * 100) / 100:.2f} mm in 95 % of cases" in table.words
-    assert "FRE is how well the points fit, not the error" in table.words
+    assert "is how well the points fit, not the error" in table.words
     both = expected_errors(content, [table.path.worst.position])
     assert both is not None
     assert both[1][0] == pytest.approx(table.path.worst.within_95_mm)

@@ -109,6 +109,25 @@ def test_they_are_shown_once_found_and_the_slices_go_there_once(
     assert other.workspace.case.cross == (1.0, 2.0, 3.0), "somebody looks at something else"
 
 
+def test_the_slices_of_a_head_that_is_opened_in_another_tab_go_there_too(
+    phantom_services: Services, found: list[Opening]
+) -> None:
+    tab = empty_plan(phantom_services)
+    tab.active = False
+    do_work(tab)
+    shown(tab)
+    do_work(tab)
+    shown(tab)
+    assert tab.workspace.case.cross == (0.0, -10.0, 1.0)
+
+
+def test_the_slices_of_a_plan_begin_at_its_first_point(phantom_services: Services) -> None:
+    tab = open_sample(phantom_services)
+    do_work(tab)
+    assert tab.plan is not None
+    assert tab.workspace.case.cross == tab.plan.content.points[0].position
+
+
 @pytest.mark.parametrize("how", ["button", "scene"])
 def test_choosing_one_is_a_single_edit_with_its_side(
     phantom_services: Services, found: list[Opening], how: str

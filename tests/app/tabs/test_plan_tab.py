@@ -80,7 +80,7 @@ def test_the_pages_dry_run_is_the_one_that_others_ask_for(
     began, ended = ran
     assert (began.status, began.job) == ("computing", job.id)  # the page shows how far it is, and can cancel it
     assert (ended.status, ended.cancelled, ended.view()["job"]) == ("failed", True, None)
-    assert ended.words == "Simulation cancelled: whether the tool fits is not known."
+    assert ended.words == "Simulation cancelled: fit unknown."
     assert [known.id for known in services.jobs.list(plan.case_id) if known.subject == "Shared"] == [job.id]
     services.plans.documents.delete(plan.id)
 
@@ -275,7 +275,7 @@ def test_the_hint_says_whether_the_tool_was_stopped_or_not_driven_at_all() -> No
     held, clear = ("blocked", "held"), ("fits", "clear")
     for mode in ("point", "target"):  # a click that is waited for does not hide that the path is blocked
         hint = plan_hint(3, 0, mode, False, False, held)  # type: ignore[arg-type]
-        assert hint == "Move grey points, or change tool or robot."
+        assert hint == "Move the grey points, or change the tool."
     failed = failed_run("The simulation failed: the disk is broken.", 0.3)
     said = "Unknown: the simulation failed: the disk is broken"
     view = failed.view()
@@ -297,7 +297,7 @@ def test_the_hint_says_whether_the_tool_was_stopped_or_not_driven_at_all() -> No
     assert hint == "Pierces a wall between air spaces at 43 mm: go round."
     assert (ShownEvaluation("computing").short, ShownEvaluation("computing").level) == ("", None)
     hint = plan_hint(3, 0, "target", False, False, clear)  # type: ignore[arg-type]
-    assert hint.startswith("Click what is to be inspected")
+    assert hint.startswith("Click a target")
     assert plan_hint(3, 1, "target", False, False, clear) == "Go to Rehearse."  # type: ignore[arg-type]
     hint = plan_hint(3, 1, "point", False, True, held)  # type: ignore[arg-type]
     assert hint.startswith("Locked.")

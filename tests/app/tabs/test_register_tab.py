@@ -264,7 +264,7 @@ def test_a_plan_opens_the_registration_that_it_uses(opened: Opened) -> None:
 def test_the_hint_leads_through_the_step() -> None:
     pairs = [FiducialPair("", place, None, f"p{i}") for i, place in enumerate(BEADS)]  # type: ignore[arg-type]
     content = refitted(RegistrationContent(pairs=tuple(pairs)))
-    assert "Touch, type or read each point" in register_hint(content, report_of(content), used=False)
+    assert "Measure each point, or simulate" in register_hint(content, report_of(content), used=False)
     assert "Begin" in register_hint(None, None, used=False)
 
 
