@@ -29,7 +29,7 @@ class RobotOnItsWay(Robot):
         super().__init__()
         self.now: Any = SimpleNamespace(
             steps=steps, running=False, mode="path", phase="follow", clearance_mm=2.0, threshold_mm=5.0, reason="",
-            held=False, force=(0.0, 0.0, 0.0),
+            held=False, force=(0.0, 0.0, 0.0), certified=True,
         )  # fmt: skip
 
     def snapshot(self) -> Any:

@@ -217,15 +217,15 @@ def test_those_who_are_connected_hear_where_the_tool_is(rehearsing: tuple[Rehear
     evaluation = services.planning.evaluate(plan)
     robot = services.instruments.robot(plan.content.robot).placed(evaluation.base, plan_tool(plan.content))
     row = len(evaluation.run.q) // 2
-    snapshot: Any = SimpleNamespace(q=evaluation.run.q[row])
+    snapshot: Any = SimpleNamespace(q=evaluation.run.q[row], certified=True)
     prepared: Any = SimpleNamespace(robot=robot)
     before = services.live.tool[0]
     tab._tell_tool(DriveRecord(snapshot=snapshot, prepared=prepared, mine=False))
     assert services.live.tool[0] == before
     for _ in range(2):
         tab._tell_tool(DriveRecord(snapshot=snapshot, prepared=prepared, mine=True))
-    told, pose = services.live.tool
-    assert told == before + 1
+    told, pose, driven = services.live.tool
+    assert (told, driven) == (before + 1, "hands-on")
     assert pose is not None
     np.testing.assert_allclose(pose[:3, 3], evaluation.run.tip[row], atol=1e-9)
     np.testing.assert_allclose(pose[:3, :3].T @ pose[:3, :3], np.eye(3), atol=1e-9)
