@@ -39,7 +39,7 @@ ARM_MM = 200.0  # from a revolute joint to the tip: backlash that shows as large
 HEAD_PERIOD_S = 4.0  # of breathing
 DRAWN_MM = 0.667  # localisation error of the fiducials by whose registration the error has its direction and turn
 
-TOO_FAR = "The registration error is too large to be shown. Measure it again."
+TOO_FAR = "The plan’s registration is too far off. Measure it anew."
 
 
 @dataclass(frozen=True)

@@ -110,7 +110,7 @@ def test_a_registration_that_is_no_small_error_is_told_and_stops_nothing(
     section = live.section(SETTINGS, True).build()
     assert section["difference_mm"] <= 0.3, "that of the head alone"
     first, *others = section["stages"]
-    assert (first["on"], first["known"], "Measure it again" in first["refusal"]) == (False, False, True)
+    assert (first["on"], first["known"], "Measure it anew" in first["refusal"]) == (False, False, True)
     assert [stage["refusal"] for stage in others] == [""] * 4
     off[0, 3] = 2.0
     live.know(phantom_services, plan)
