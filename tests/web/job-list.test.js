@@ -53,7 +53,7 @@ test("a list about jobs of its own finds them whoever began them, and shows thos
   const begun = [];
   const list = new JobList(() => {}, { holds: ({ kind, document_id: of }) => kind === "tools" && of === plan, begun: ({ id }) => begun.push(id) });
   let shown = [];
-  list.fill = (...[, items]) => { shown = items.map(({ id }) => id); };
+  list.fill = (...filled) => { shown = filled[1].map(({ id }) => id); };
   const items = [job({ kind: "tools", document_id: "a" }), job({ id: "job-2", kind: "tools", document_id: "b" }), job({ id: "job-3" })];
   jobWatch.hear(items);
   jobWatch.hear(items);
