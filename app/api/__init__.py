@@ -23,6 +23,7 @@ from app.api import (
     registration_files,
     registrations,
     robots,
+    run_exports,
     run_scores,
     runs,
     segmentation,
@@ -66,6 +67,7 @@ for part in (
     robots,
     jobs,
     runs,
+    run_exports,
     run_scores,
 ):
     router.include_router(part.router)

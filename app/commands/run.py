@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from app.commands.counts import positive
 from app.commands.found_runs import find_run, optional_services
-from app.commands.scene_python import run_python
 from app.exchange.resolve import find
 from app.exchange.runs.export import WRITERS, check_target, export_run
+from app.exchange.runs.python import run_python
 from app.extras import need_app
 from app.services import Services
 from vfix_engine.runtime.control_mode import MIXED, MODES
@@ -51,7 +51,8 @@ def run(args: argparse.Namespace) -> int:
     if args.action == "export":
         return _export(services, args)
     if args.action == "python":
-        text = run_python(find_run(services, args.run))
+        found = find_run(services, args.run)
+        text = run_python(found.run, Path(found.name) if found.stored is None else found.stored.id)
         print(json.dumps({"run": args.run, "python": text, "notice": NOTICE}) if args.json else text, end="")
         return 0
     if services is None:

@@ -66,6 +66,27 @@ def drive(station: Workstation, far: float) -> None:
     station.wait_for("the card", lambda: station.page.locator("#run-replay").is_visible(), DRIVEN_S)
 
 
+def exported(station: Workstation, run: str, rest: Rest) -> None:
+    """The menu saves what REST answers; an extra that the planner lacks is told."""
+    page = station.page
+    page.click("#export-run")
+    expect(page.locator("#export-menu [data-format]")).to_have_count(5)
+    check(station, "the export of a run")
+    with page.expect_download() as started:
+        page.click("#export-menu [data-format=csv]")
+    assert started.value.suggested_filename == f"{run}.csv"
+    expected = rest.client.get(f"/api/v1/runs/{run}/export", params={"format": "csv"}).content
+    assert Path(started.value.path()).read_bytes() == expected
+    words = "An export to .mcap needs packages that are not installed: pip install 'vfix[mcap]'."
+    refusal = {"error": {"code": "extra_missing", "message": words, "details": None}}
+    page.route("**/export?format=mcap", lambda route: route.fulfill(status=400, json=refusal))
+    page.click("#export-menu [data-format=mcap]")
+    expect(page.locator("#alerts")).to_contain_text("pip install 'vfix[mcap]'")
+    page.click("#alerts button")
+    page.keyboard.press("Escape")
+    expect(page.locator("#export-menu")).to_be_hidden()
+
+
 def test_a_rehearsal_ends_with_a_card_and_is_reviewed(
     open_page: Open, rest: Rest, planner: Planner, tmp_path: Path
 ) -> None:
@@ -109,6 +130,8 @@ def test_a_rehearsal_ends_with_a_card_and_is_reviewed(
     station.wait_for("the tool in a slice", lambda: page.evaluate(YELLOW))
     check(station, "a replay")
     station.picture("review")
+    exported(station, newest, rest)
+    page.focus("#run-time")
     page.keyboard.press("Home")
     expect(page.locator(".timeline-time")).to_contain_text("0.0 / ")
     page.click("#play-run")

@@ -6,6 +6,7 @@ import { feltHolds, holdList, modeLine, scoreFacts } from "/static/js/run-score.
 import { isUncertified, runName, runsOf, saveReport, scoreOf, seriesOfRun } from "/static/js/runs.js";
 import { draw, html, nothing, titled } from "/static/js/template.js";
 import { Dock } from "./dock.js";
+import { ExportMenu } from "./export-menu.js";
 import { Player } from "./player.js";
 import { RunsList } from "./runs-list.js";
 
@@ -23,7 +24,8 @@ export default class ReviewPanel {
     this.dock = new Dock(this.player);
     this.list = new RunsList({ open: (id) => this.open(id), toggle: (id) => this.toggle(id) });
     this.about = h("div", { class: "group", id: "run-score", hidden: true });
-    this.element = h("div", {}, this.list.element, this.about);
+    this.exports = new ExportMenu();
+    this.element = h("div", {}, this.list.element, this.about, this.exports.element);
     this.overlay = this.dock.element;
     /** @type {string | null} */
     this.caseId = null;
@@ -148,6 +150,7 @@ export default class ReviewPanel {
     this.list.show({ runs, open, beside, planName, loading, trouble });
     const run = runs.find(({ id }) => id === open), score = open ? this.scores.get(open) : undefined;
     this.about.hidden = !run;
+    this.exports.of(run?.id ?? null);
     if (run) draw(this.about, this.result(run, score));
     this.dock.marks(score ?? null);
     const scored = [open, ...beside].flatMap((id) => {
@@ -168,7 +171,7 @@ export default class ReviewPanel {
       ${modeLine(run.mode, !score.certified)}
       ${scoreFacts(score)}
       ${holds.length ? html`<h3>${score.certified ? "Held" : "Contacts"}</h3>${holdList(holds, ({ t_s: at }) => this.goTo(at), MOST_HOLDS)}` : nothing}
-      <button type="button" class="wide" id="report-runs" title="A page to print, with the runs beside" @click=${() => saveReport([run.id, ...this.beside])}>Report</button>`)}`;
+      <div class="buttons even"><button type="button" id="report-runs" title="A page to print, with the runs beside" @click=${() => saveReport([run.id, ...this.beside])}>Report</button>${this.exports.button}</div>`)}`;
   }
 
   /** @param {number} t */
