@@ -1802,7 +1802,9 @@ export interface HoldPublic {
  * tip on; radii_mm (S). speed (J, n): of the joints. clearance_mm (B, n): least of each interval, null beyond
  * reach_mm (n). nearest (n): number of the nearest structure, -1 for none within reach. force_n (n): of the hand.
  * error_mm (n): largest of each interval, of the path or of the target, null where there is none.
- * progress_mm (n): along the path. phase (n): numbers of phases. held (n): 1 where the tool was held.
+ * progress_mm (n): along the path. flat_mm (n, 2): the tip in the plane of the path; path_mm (m, 2): the path there,
+ * from its entry on; across_mm (2, n): error of the path within that plane and off it; all null without a path.
+ * phase (n): numbers of phases. held (n): 1 where the tool was held.
  */
 export interface SeriesPublic {
   run: string;
@@ -1822,6 +1824,9 @@ export interface SeriesPublic {
   force_n: number[];
   error_mm: (number | null)[];
   progress_mm: (number | null)[];
+  flat_mm: [number, number][] | null;
+  across_mm: ((number | null)[])[] | null;
+  path_mm: [number, number][] | null;
   phase: number[];
   held: number[];
 }
