@@ -25,6 +25,7 @@ from app.api import (
     robots,
     run_exports,
     run_scores,
+    run_swept,
     runs,
     segmentation,
     structures,
@@ -69,6 +70,7 @@ for part in (
     runs,
     run_exports,
     run_scores,
+    run_swept,
 ):
     router.include_router(part.router)
 

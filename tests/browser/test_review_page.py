@@ -36,6 +36,21 @@ YELLOW = """() => [...document.querySelectorAll('.slice canvas')].some((one) => 
 })"""
 
 
+# Numbers of vertices of what is replayed and laid into the scene, and of different colours of bone: [made, colours].
+LAID = """() => {
+  const made = [];
+  let colours = [];
+  vfix.layer?.hooks.each(({ userData, geometry, material }) => {
+    if (!userData.vfixReplay) return;
+    made.push(geometry.attributes.position.count);
+    if (material.vertexColors) colours = geometry.attributes.color.array;
+  });
+  const seen = new Set();
+  for (let at = 0; at < colours.length; at += 3) seen.add(`${colours[at]} ${colours[at + 1]} ${colours[at + 2]}`);
+  return [made, seen.size];
+}"""
+
+
 def freehand_run(planner: Planner, plan_id: str, folder: Path) -> str:
     """Store a drive of a free hand on the plan, outside the certificate."""
 
@@ -77,7 +92,7 @@ def exported(station: Workstation, run: str, rest: Rest) -> None:
     assert started.value.suggested_filename == f"{run}.csv"
     expected = rest.client.get(f"/api/v1/runs/{run}/export", params={"format": "csv"}).content
     assert Path(started.value.path()).read_bytes() == expected
-    words = "An export to .mcap needs packages that are not installed: pip install 'vfix[mcap]'."
+    words = "An export to .mcap needs more packages (pip install 'vfix[mcap]')."
     refusal = {"error": {"code": "extra_missing", "message": words, "details": None}}
     page.route("**/export?format=mcap", lambda route: route.fulfill(status=400, json=refusal))
     page.click("#export-menu [data-format=mcap]")
@@ -85,6 +100,42 @@ def exported(station: Workstation, run: str, rest: Rest) -> None:
     page.click("#alerts button")
     page.keyboard.press("Escape")
     expect(page.locator("#export-menu")).to_be_hidden()
+
+
+def beside_path(station: Workstation, series: Any) -> None:
+    """The plots in the plane of the path and across it; a press goes to the nearest moment."""
+    page = station.page
+    page.click("#show-path")
+    expect(page.locator(".path-plots .u-over")).to_have_count(3)
+    expect(page.locator(".path-plots figcaption").first).to_contain_text("path")
+    expect(page.locator(".path-plots figcaption").first).to_contain_text("beside")
+    check(station, "a run beside its path")
+    station.picture("review-path")
+    way = page.locator(".path-plots .u-over").first
+    at = float(page.input_value("#run-time"))
+    way.click(position={"x": 3, "y": 3})
+    station.wait_for("another moment", lambda: float(page.input_value("#run-time")) != at)
+    t = float(page.input_value("#run-time"))
+    assert min(abs(t - one) for one in series["t_s"]) < 1 / 30
+    expect(page.locator(".path-plots .plot-dot").first).to_be_visible()
+
+
+def laid_into_scene(station: Workstation, runs: tuple[str, str], rest: Rest) -> None:
+    """The swept volumes of both runs and the colours of bone are those of the runs, and go again."""
+    page = station.page
+    page.check("#show-swept")
+    expect(page.locator(".swept-keys .number")).to_have_count(2)
+    files = [rest.client.get(f"/api/v1/runs/{run}/swept").content for run in runs]
+    counts = [int(np.frombuffer(file[8:12], "<u4")[0]) for file in files]
+    station.wait_for("both bodies", lambda: all(page.evaluate(LAID)[0].count(count) >= 2 for count in counts))
+    page.check("#show-near")
+    expect(page.locator(".near-scale")).to_contain_text("5 mm")
+    station.wait_for("colours of bone", lambda: page.evaluate(LAID)[1] > 20)
+    check(station, "near passes")
+    station.picture("review-in-scene")
+    page.uncheck("#show-swept")
+    page.uncheck("#show-near")
+    station.wait_for("none of it", lambda: not set(counts) & set(page.evaluate(LAID)[0]) and not page.evaluate(LAID)[1])
 
 
 def test_a_rehearsal_ends_with_a_card_and_is_reviewed(
@@ -131,6 +182,9 @@ def test_a_rehearsal_ends_with_a_card_and_is_reviewed(
     check(station, "a replay")
     station.picture("review")
     exported(station, newest, rest)
+    beside_path(station, series)
+    laid_into_scene(station, (newest, before), rest)
+    page.click("#show-plots")
     page.focus("#run-time")
     page.keyboard.press("Home")
     expect(page.locator(".timeline-time")).to_contain_text("0.0 / ")

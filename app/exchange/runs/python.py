@@ -24,7 +24,7 @@ def run_python(run: Run, source: str | Path) -> str:
     """
     spec: Any = spec_of(run)
     if getattr(spec, "scene", None) is None:
-        raise InputError(f"a run of the world '{spec.world}' has no scene of a rigid tool")
+        raise InputError(f"a run of '{spec.world}' has no scene of a rigid tool")
     kind, more = type(spec).__name__, ""
     if isinstance(spec, FreehandSpec):
         more = f", {spec.contact_stiffness_n_per_mm!r}"

@@ -3,10 +3,11 @@ import { h } from "/static/js/dom.js";
 import { jobWatch } from "/static/js/jobs.js";
 import { takeRunRequest } from "/static/js/open-run.js";
 import { feltHolds, holdList, modeLine, scoreFacts } from "/static/js/run-score.js";
-import { isUncertified, runName, runsOf, saveReport, scoreOf, seriesOfRun } from "/static/js/runs.js";
+import { isUncertified, modeWord, runName, runsOf, saveReport, scoreOf, seriesOfRun } from "/static/js/runs.js";
 import { draw, html, nothing, titled } from "/static/js/template.js";
 import { Dock } from "./dock.js";
 import { ExportMenu } from "./export-menu.js";
+import { InScene } from "./in-scene.js";
 import { Player } from "./player.js";
 import { RunsList } from "./runs-list.js";
 
@@ -25,7 +26,8 @@ export default class ReviewPanel {
     this.list = new RunsList({ open: (id) => this.open(id), toggle: (id) => this.toggle(id) });
     this.about = h("div", { class: "group", id: "run-score", hidden: true });
     this.exports = new ExportMenu();
-    this.element = h("div", {}, this.list.element, this.about, this.exports.element);
+    this.laid = new InScene();
+    this.element = h("div", {}, this.list.element, this.about, this.laid.element, this.exports.element);
     this.overlay = this.dock.element;
     /** @type {string | null} */
     this.caseId = null;
@@ -39,11 +41,12 @@ export default class ReviewPanel {
     this.trouble = "";
     this.asked = 0; // counts requests: an answer to an earlier one is dropped
     this.shown = false;
+    this.storing = ""; // ids of the jobs that store a drive
     /** @type {Map<string, ScorePublic>} */
     this.scores = new Map();
     /** @type {Map<string, SeriesPublic>} */
     this.series = new Map();
-    jobWatch.addEventListener("change", () => { if (this.shown) this.refresh(); });
+    jobWatch.addEventListener("change", () => this.recorded());
     connection.on("state", ({ state }) => { if (this.shown && state.step?.name !== "review") this.leave(); });
     keys.shortcuts.push((event) => this.key(event));
   }
@@ -68,9 +71,18 @@ export default class ReviewPanel {
     this.render();
   }
 
+  /** A drive is stored, or was: the list is another one. */
+  recorded() {
+    const storing = jobWatch.items.flatMap(({ kind, id }) => (kind === "run" ? [id] : [])).join(" ");
+    if (storing === this.storing) return;
+    this.storing = storing;
+    if (this.shown) this.refresh();
+  }
+
   leave() {
     this.shown = false;
     this.player.hide();
+    this.laid.hide();
   }
 
   /** Read the list anew, and open what is to be open. @param {number} [at] s */
@@ -152,12 +164,19 @@ export default class ReviewPanel {
     this.about.hidden = !run;
     this.exports.of(run?.id ?? null);
     if (run) draw(this.about, this.result(run, score));
+    this.laid.of(this.shown ? this.laidRuns(run) : []);
     this.dock.marks(score ?? null);
     const scored = [open, ...beside].flatMap((id) => {
       const one = runs.find((title) => title.id === id), its = this.scores.get(id ?? "");
       return one && its ? [{ run: one, score: its }] : [];
     });
     this.dock.compare.show(scored, runs, planName);
+  }
+
+  /** The open run and the one that is replayed beside it. @param {RunTitle | undefined} run */
+  laidRuns(run) {
+    const ghost = this.runs.find(({ id }) => id === this.beside[0]);
+    return [run, ghost].flatMap((one, index) => (run && one ? [{ id: one.id, ghost: index > 0, name: modeWord(one.mode) }] : []));
   }
 
   /**

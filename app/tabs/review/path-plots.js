@@ -115,7 +115,7 @@ class PlanePlot {
     const exact = (...[, low, high]) => [low ?? 0, high ?? 1];
     Object.assign(options, {
       scales: { x: { time: false, range: exact }, y: { range: exact } },
-      axes: [{ ...x, values: as("x", " mm"), space: 70 }, { ...y, values: as("y", ""), size: 52 }],
+      axes: [{ ...x, values: as("x", " mm"), space: 56 }, { ...y, values: as("y", ""), size: 52 }],
       hooks: { draw: [() => this.draw()] },
     });
     this.plot = plotInto(options, [[0, 1]], this.area);
