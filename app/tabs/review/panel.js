@@ -1,10 +1,11 @@
 // Review: which runs there are, what the open one is worth, and how it went, replayed and plotted.
 import { h } from "/static/js/dom.js";
 import { jobWatch } from "/static/js/jobs.js";
+import { LearningCurve } from "/static/js/learning-curve.js";
 import { takeRunRequest } from "/static/js/open-run.js";
-import { feltHolds, holdList, modeLine, scoreFacts } from "/static/js/run-score.js";
-import { isUncertified, modeWord, runName, runsOf, saveReport, scoreOf, seriesOfRun } from "/static/js/runs.js";
-import { draw, html, nothing, titled } from "/static/js/template.js";
+import { feltHolds, holdList, learningPart, modeLine, scoreFacts } from "/static/js/run-score.js";
+import { isUncertified, lastOf, markTeacher, modeWord, runName, runsOf, saveReport, scoreOf, seriesOfRun, shortOf } from "/static/js/runs.js";
+import { draw, html, live, nothing, titled } from "/static/js/template.js";
 import { Dock } from "./dock.js";
 import { ExportMenu } from "./export-menu.js";
 import { InScene } from "./in-scene.js";
@@ -26,6 +27,7 @@ export default class ReviewPanel {
     this.list = new RunsList({ open: (id) => this.open(id), toggle: (id) => this.toggle(id) });
     this.about = h("div", { class: "group", id: "run-score", hidden: true });
     this.exports = new ExportMenu();
+    this.curve = new LearningCurve();
     this.laid = new InScene();
     this.element = h("div", {}, this.list.element, this.about, this.laid.element, this.exports.element);
     this.overlay = this.dock.element;
@@ -127,9 +129,9 @@ export default class ReviewPanel {
     const request = ++this.asked;
     if (this.player.main?.run.id !== this.openId) this.player.load(null, null); // nothing of another run while it comes
     this.render();
-    const ids = [this.openId, ...this.beside].filter((id) => id !== null);
+    const ids = [this.openId, ...this.beside].filter((id) => id !== null), taught = this.teacher()?.id;
     try {
-      await Promise.all(ids.flatMap((id, index) => [this.know(this.scores, id, scoreOf), ...(index < 2 ? [this.know(this.series, id, seriesOfRun)] : [])]));
+      await Promise.all([...ids.flatMap((id, index) => [this.know(this.scores, id, scoreOf), ...(index < 2 ? [this.know(this.series, id, seriesOfRun)] : [])]), ...(taught ? [this.know(this.scores, taught, scoreOf)] : [])]);
     } catch (error) {
       if (request === this.asked) this.tell(error);
     }
@@ -152,6 +154,23 @@ export default class ReviewPanel {
    */
   async know(known, id, ask) {
     if (!known.has(id)) known.set(id, await ask(id));
+  }
+
+  /** The run of the open run's plan that is the teacher's; null for none. */
+  teacher() {
+    const plan = this.runs.find(({ id }) => id === this.openId)?.plan_id ?? null;
+    return (plan !== null && this.runs.find(({ plan_id: id, teacher }) => teacher && id === plan)) || null;
+  }
+
+  /** @param {RunTitle} run @param {boolean} on */
+  async mark({ id, plan_id: plan }, on) {
+    try {
+      const { teacher } = await markTeacher(id, on);
+      this.runs = this.runs.map((run) => (run.plan_id === plan ? { ...run, teacher: teacher && run.id === id } : run));
+    } catch (error) {
+      this.tell(error);
+    }
+    this.render();
   }
 
   /** @param {string | null} id */
@@ -185,11 +204,16 @@ export default class ReviewPanel {
    */
   result(run, score) {
     if (!score) return titled(`Run of ${runName(run)}`, null, html`${modeLine(run.mode, isUncertified(run))}<p class="words" role="status">Scoring the run …</p>`);
-    const holds = feltHolds(score);
+    const holds = feltHolds(score), teacher = this.teacher();
+    const last = lastOf(this.runs.filter(({ plan_id: plan }) => plan === run.plan_id), run.mode ?? "");
+    this.curve.show(last, teacher);
     return html`${titled(`Run of ${runName(run)}`, null, html`
       ${modeLine(run.mode, !score.certified)}
       ${scoreFacts(score)}
       ${holds.length ? html`<h3>${score.certified ? "Held" : "Contacts"}</h3>${holdList(holds, ({ t_s: at }) => this.goTo(at), MOST_HOLDS)}` : nothing}
+      ${learningPart(last, teacher, this.curve)}
+      ${run.plan_id === null ? nothing : html`<label class="check" title="Learning curves of this plan show its level"><input type="checkbox" id="teacher-run" .checked=${live(run.teacher)}
+        @change=${() => this.mark(run, !run.teacher)}>The teacher’s run</label>`}
       <div class="buttons even"><button type="button" id="report-runs" title="A page to print, with the runs beside" @click=${() => saveReport([run.id, ...this.beside])}>Report</button>${this.exports.button}</div>`)}`;
   }
 
@@ -210,15 +234,4 @@ export default class ReviewPanel {
     this.player.toggle();
     return true;
   }
-}
-
-/**
- * What a list says of a run that was scored since it was read.
- * @param {ScorePublic} score
- */
-function shortOf({ certified, completed, time_s: time, path_error_mm: error, least_clearance_mm: least, contacts, held_s: held }) {
-  return {
-    certified, completed, contacts, time_s: time, held_s: held, error_mm: error?.robot_frame.mean ?? null, error_max_mm: error?.robot_frame.max ?? null,
-    clearance_mm: Math.min(...Object.values(least)),
-  };
 }

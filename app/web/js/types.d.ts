@@ -1661,6 +1661,7 @@ export interface TracedPublic {
  * whole is false, and ticks and lost are null, for an interrupted run.
  * pierced: what the tool pierced while it was driven; null where that was not measured.
  * score: null where nobody has asked for it yet, see `/runs/{run_id}/score`, and where there is none.
+ * teacher: whether it is marked as the teacher's, of which a plan has one at most.
  */
 export interface RunTitle {
   id: string;
@@ -1677,6 +1678,7 @@ export interface RunTitle {
   pierced: PiercedPublic | null;
   score: ShortScore | null;
   files: Record<string, RunFilePublic>;
+  teacher: boolean;
 }
 
 /**
