@@ -39,7 +39,7 @@ class ExtraMissing(VfixError):
 
 def need_extra(what: str, extra: str) -> ExtraMissing:
     """The error of ``what``, the subject of a sentence, which needs the packages of an extra."""
-    return ExtraMissing(f"{what} needs packages that are not installed: pip install 'vfix[{extra}]'.")
+    return ExtraMissing(f"{what} needs more packages (pip install 'vfix[{extra}]').")
 
 
 def need_app(what: str) -> AppMissing:

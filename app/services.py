@@ -117,10 +117,12 @@ class Services:
         from app.drives.recordings import Recordings
         from app.drives.run_scores import RunScores
         from app.drives.runs import RunService
+        from app.drives.swept_runs import SweptRuns
         from app.live import LiveBoard
 
         self.runs = RunService(self.store)
         self.run_scores = RunScores(self.store, self.runs)
+        self.swept_runs = SweptRuns(self.store, self.runs, self.jobs)
         self.recordings = Recordings(self.jobs, self.runs, self.run_scores)
         self.live = LiveBoard()
 

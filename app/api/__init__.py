@@ -23,7 +23,9 @@ from app.api import (
     registration_files,
     registrations,
     robots,
+    run_exports,
     run_scores,
+    run_swept,
     runs,
     segmentation,
     structures,
@@ -66,7 +68,9 @@ for part in (
     robots,
     jobs,
     runs,
+    run_exports,
     run_scores,
+    run_swept,
 ):
     router.include_router(part.router)
 

@@ -18,6 +18,7 @@ from vfix_engine.runtime.run import Run
 router = APIRouter(prefix="/runs/{run_id}", tags=["runs"], responses=ERRORS)
 
 Triple = tuple[float, float, float]
+Pair = tuple[float, float]
 Numbers = list[float | None]
 
 
@@ -119,7 +120,9 @@ class SeriesPublic(BaseModel):
     tip on; radii_mm (S). speed (J, n): of the joints. clearance_mm (B, n): least of each interval, null beyond
     reach_mm (n). nearest (n): number of the nearest structure, -1 for none within reach. force_n (n): of the hand.
     error_mm (n): largest of each interval, of the path or of the target, null where there is none.
-    progress_mm (n): along the path. phase (n): numbers of phases. held (n): 1 where the tool was held.
+    progress_mm (n): along the path. flat_mm (n, 2): the tip in the plane of the path; path_mm (m, 2): the path there,
+    from its entry on; across_mm (2, n): error of the path within that plane and off it; all null without a path.
+    phase (n): numbers of phases. held (n): 1 where the tool was held.
     """
 
     run: str
@@ -139,6 +142,9 @@ class SeriesPublic(BaseModel):
     force_n: list[float]
     error_mm: Numbers
     progress_mm: Numbers
+    flat_mm: list[Pair] | None
+    across_mm: list[Numbers] | None
+    path_mm: list[Pair] | None
     phase: list[int]
     held: list[int]
 

@@ -8,7 +8,7 @@ from fastapi import APIRouter, Query, Response
 from fastapi.responses import FileResponse
 from pydantic import BaseModel
 
-from app.api.dependencies import ERRORS, Identifier, ServicesDep
+from app.api.dependencies import ERRORS, Flag, Identifier, RequestBody, ServicesDep
 from app.api.plan_reports import PiercedPublic
 from app.drives.runs import RunOrigin, StoredRun
 from app.plans.model import NOTICE
@@ -62,6 +62,7 @@ class RunTitle(BaseModel):
     whole is false, and ticks and lost are null, for an interrupted run.
     pierced: what the tool pierced while it was driven; null where that was not measured.
     score: null where nobody has asked for it yet, see `/runs/{run_id}/score`, and where there is none.
+    teacher: whether it is marked as the teacher's, of which a plan has one at most.
     """
 
     id: str
@@ -78,6 +79,7 @@ class RunTitle(BaseModel):
     pierced: PiercedPublic | None
     score: ShortScore | None
     files: dict[str, RunFilePublic]
+    teacher: bool
 
     @classmethod
     def values(cls, run: StoredRun, services: Services) -> dict[str, Any]:
@@ -124,6 +126,19 @@ def run_file(run_id: Identifier, name: Identifier, services: ServicesDep) -> Fil
     """A file of a run."""
     headers = {"X-Notice": NOTICE, "Cache-Control": "no-store"}
     return FileResponse(services.runs.file(run_id, name), media_type="application/octet-stream", headers=headers)
+
+
+class RunChange(RequestBody):
+    """What may be said of a run. teacher: whether it is the teacher's, in place of another one of its plan."""
+
+    teacher: Flag
+
+
+@router.patch("/runs/{run_id}")
+def change_run(run_id: Identifier, change: RunChange, services: ServicesDep) -> RunTitle:
+    """Mark a run as the teacher's, or take the mark away."""
+    run = services.runs.mark_teacher(run_id, change.teacher)
+    return RunTitle.model_validate(RunTitle.values(run, services))
 
 
 @router.delete("/runs/{run_id}", status_code=204, response_class=Response)

@@ -1,4 +1,4 @@
-"""`vfix run`: list, show, export and delete recorded runs."""
+"""`vfix run`: list, show, mark, export and delete recorded runs."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from app.commands.counts import positive
 from app.commands.found_runs import find_run, optional_services
-from app.commands.scene_python import run_python
 from app.exchange.resolve import find
 from app.exchange.runs.export import WRITERS, check_target, export_run
+from app.exchange.runs.python import run_python
 from app.extras import need_app
 from app.services import Services
 from vfix_engine.runtime.control_mode import MIXED, MODES
@@ -24,7 +24,7 @@ UNCERTIFIED = "without the certificate"
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser("run", help="list, show, export and delete recorded runs", description=__doc__)
+    parser = subparsers.add_parser("run", help="list, show, mark, export and delete recorded runs", description=__doc__)
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
     listing = actions.add_parser("list", help="every stored run, newest first")
     listing.add_argument("--case", help="id or name of a case; else of all")
@@ -35,6 +35,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     for action, words in {"show": "one run, with its manifest", "delete": "delete a run for good"}.items():
         every.append(actions.add_parser(action, help=words))
         every[-1].add_argument("run", metavar="RUN", help="id of a stored run")
+    every.append(actions.add_parser("teacher", help="mark a run as the teacher's, whose level learning curves show"))
+    every[-1].add_argument("run", metavar="RUN", help="id of a stored run of a plan")
+    every[-1].add_argument("--off", action="store_true", help="take the mark away")
     every.append(actions.add_parser("python", help="print Python that sets up its scene in the library"))
     every[-1].add_argument("run", metavar="RUN", help="id of a stored run, or folder of a recorded one")
     every.append(actions.add_parser("export", help="write a run for other programs"))
@@ -51,7 +54,8 @@ def run(args: argparse.Namespace) -> int:
     if args.action == "export":
         return _export(services, args)
     if args.action == "python":
-        text = run_python(find_run(services, args.run))
+        found = find_run(services, args.run)
+        text = run_python(found.run, Path(found.name) if found.stored is None else found.stored.id)
         print(json.dumps({"run": args.run, "python": text, "notice": NOTICE}) if args.json else text, end="")
         return 0
     if services is None:
@@ -59,6 +63,8 @@ def run(args: argparse.Namespace) -> int:
     if args.action == "list":
         return _list(services, args)
     stored = services.runs.get(args.run)
+    if args.action == "teacher":
+        return _mark(services, args)
     if args.action == "delete":
         services.runs.delete(stored.id)
         print(json.dumps({"deleted": stored.id}) if args.json else f"{stored.id} deleted.")
@@ -79,6 +85,14 @@ def _export(services: Services | None, args: argparse.Namespace) -> int:
     export_run(found.run, args.file, None if found.stored is None else found.stored.id)
     said = {"run": args.run, "file": str(args.file), "ticks": len(found.run.ticks), "notice": NOTICE}
     print(json.dumps(said) if args.json else f"{args.file} written. {NOTICE}")
+    return 0
+
+
+def _mark(services: Services, args: argparse.Namespace) -> int:
+    """Mark a run as the teacher's, or take that away."""
+    marked = services.runs.mark_teacher(args.run, not args.off)
+    words = f"{marked.id} is {'' if marked.teacher else 'no longer '}the teacher's run."
+    print(json.dumps(_Names(services).told(marked)) if args.json else words)
     return 0
 
 
@@ -117,6 +131,7 @@ class _Names:
             "mode": run.mode,
             "world": run.world,
             "certified": run.certified,
+            "teacher": run.teacher,
             "origin": run.origin,
             "recorded": run.recorded,
             "whole": run.whole,
@@ -131,4 +146,5 @@ def _line(run: dict[str, Any]) -> str:
     length = "interrupted" if run["ticks"] is None else f"{run['ticks']:,} steps"
     driven = (run["mode"] or run["world"]) + ("" if run["certified"] else f" ({UNCERTIFIED})")
     of = ", ".join(name for name in (run["plan_name"], run["case_name"]) if name)
-    return f"{run['id']:18}  {run['recorded'][:16].replace('T', ' ')}  {driven:36}  {length:>14}  {of}"
+    taught = "  (teacher)" if run["teacher"] else ""
+    return f"{run['id']:18}  {run['recorded'][:16].replace('T', ' ')}  {driven:36}  {length:>14}  {of}{taught}"

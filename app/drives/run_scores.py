@@ -92,6 +92,7 @@ class RunScores:
 
 def plain_series(series: RunSeries, run: StoredRun) -> dict[str, Any]:
     """A series as plain values, rounded to 0.1 µm, errors to 1 nm; what does not exist is None."""
+    plane = series.plane
     return {
         "run": run.id,
         "mode": run.mode,
@@ -110,6 +111,9 @@ def plain_series(series: RunSeries, run: StoredRun) -> dict[str, Any]:
         "force_n": _plain(np.linalg.norm(series.force, axis=1)),
         "error_mm": _plain(series.error, 6),
         "progress_mm": _plain(series.progress),
+        "flat_mm": None if plane is None else _plain(series.flat),
+        "across_mm": None if plane is None else _plain(series.across.T, 6),
+        "path_mm": None if plane is None else _plain(plane.curve),
         "phase": series.phase.tolist(),
         "held": series.held.astype(int).tolist(),
     }

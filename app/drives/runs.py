@@ -57,6 +57,7 @@ class StoredRun:
     case_id, plan_id: what was driven, where that is stored. origin: page, command line, replay or study.
     manifest: as it was written; end: number of ticks, their digest and how many were lost, None for an interrupted
     run. files: by name. pierced: what the tool pierced, as in `PiercedReport`; None where that was not measured.
+    teacher: whether it is marked as the teacher's, of which a plan has one at most.
     """
 
     id: str
@@ -69,6 +70,7 @@ class StoredRun:
     end: dict[str, Any] | None
     files: dict[str, RunFile]
     pierced: dict[str, Any] | None = None
+    teacher: bool = False
 
     @property
     def world(self) -> str:
@@ -213,6 +215,23 @@ class RunService:
         finally:
             shutil.rmtree(place, ignore_errors=True)
 
+    def mark_teacher(self, run_id: str, on: bool = True) -> StoredRun:
+        """Mark a run as the teacher's, in place of another one of its plan, or take the mark away.
+
+        Raises NotFound, and InputError for a run of no plan, or of a snake.
+        """
+        with self._store.writing() as session:
+            row = _row(session, run_id)
+            run = _run(row)
+            if on and (run.plan_id is None or run.mode is None):
+                raise InputError("only a plan's run of a rigid tool can be a teacher's.")
+            if on:
+                for other in session.scalars(select(RunRow).where(RunRow.plan_id == run.plan_id)):
+                    _mark(other, other.id == run_id)
+            else:
+                _mark(row, False)
+        return self.get(run_id)
+
     def delete(self, run_id: str) -> None:
         """Permanently delete a run and the files that no other one has. Raises NotFound."""
         with self._store.writing() as session:
@@ -322,7 +341,15 @@ def _run(row: RunRow) -> StoredRun:
         end=stored["end"],
         files={name: RunFile(**file) for name, file in row.files.items()},
         pierced=stored.get("pierced"),
+        teacher=stored.get("teacher", False),
     )
+
+
+def _mark(row: RunRow, on: bool) -> None:
+    """Store whether a run is the teacher's; a run without the mark has no word of it."""
+    rest = {name: value for name, value in row.manifest.items() if name != "teacher"}
+    if on != ("teacher" in row.manifest):
+        row.manifest = {**rest, "teacher": True} if on else rest
 
 
 def _drop(session: Session, row: RunRow) -> set[str]:

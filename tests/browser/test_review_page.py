@@ -38,6 +38,21 @@ YELLOW = """() => [...document.querySelectorAll('.slice canvas')].some((one) => 
 })"""
 
 
+# Numbers of vertices of what is replayed and laid into the scene, and of different colours of bone: [made, colours].
+LAID = """() => {
+  const made = [];
+  let colours = [];
+  vfix.layer?.hooks.each(({ userData, geometry, material }) => {
+    if (!userData.vfixReplay) return;
+    made.push(geometry.attributes.position.count);
+    if (material.vertexColors) colours = geometry.attributes.color.array;
+  });
+  const seen = new Set();
+  for (let at = 0; at < colours.length; at += 3) seen.add(`${colours[at]} ${colours[at + 1]} ${colours[at + 2]}`);
+  return [made, seen.size];
+}"""
+
+
 def freehand_run(planner: Planner, plan_id: str, folder: Path) -> str:
     """Store a drive of a free hand on the plan, outside the certificate."""
 
@@ -66,6 +81,82 @@ def drive(station: Workstation, far: float) -> None:
     station.page.keyboard.up("ArrowUp")
     station.page.click("#finish-run")
     station.wait_for("the card", lambda: station.page.locator("#run-replay").is_visible(), DRIVEN_S)
+
+
+def exported(station: Workstation, run: str, rest: Rest) -> None:
+    """The menu saves what REST answers; an extra that the planner lacks is told."""
+    page = station.page
+    page.click("#export-run")
+    expect(page.locator("#export-menu [data-format]")).to_have_count(5)
+    check(station, "the export of a run")
+    with page.expect_download() as started:
+        page.click("#export-menu [data-format=csv]")
+    assert started.value.suggested_filename == f"{run}.csv"
+    expected = rest.client.get(f"/api/v1/runs/{run}/export", params={"format": "csv"}).content
+    assert Path(started.value.path()).read_bytes() == expected
+    words = "An export to .mcap needs more packages (pip install 'vfix[mcap]')."
+    refusal = {"error": {"code": "extra_missing", "message": words, "details": None}}
+    page.route("**/export?format=mcap", lambda route: route.fulfill(status=400, json=refusal))
+    page.click("#export-menu [data-format=mcap]")
+    expect(page.locator("#alerts")).to_contain_text("pip install 'vfix[mcap]'")
+    page.click("#alerts button")
+    page.keyboard.press("Escape")
+    expect(page.locator("#export-menu")).to_be_hidden()
+
+
+def beside_path(station: Workstation, series: Any) -> None:
+    """The plots in the plane of the path and across it; a press goes to the nearest moment."""
+    page = station.page
+    page.click("#show-path")
+    expect(page.locator(".path-plots .u-over")).to_have_count(3)
+    expect(page.locator(".path-plots figcaption").first).to_contain_text("path")
+    expect(page.locator(".path-plots figcaption").first).to_contain_text("beside")
+    check(station, "a run beside its path")
+    station.picture("review-path")
+    way = page.locator(".path-plots .u-over").first
+    box = way.bounding_box()
+    assert box is not None
+    way.click(position={"x": 3, "y": box["height"] - 3})  # below the entry, where every drive begins
+    station.wait_for("the beginning", lambda: float(page.input_value("#run-time")) < 0.5 * series["t_s"][-1])
+    expect(page.locator(".path-plots .plot-dot").first).to_be_visible()
+
+
+def laid_into_scene(station: Workstation, runs: tuple[str, str], rest: Rest) -> None:
+    """The swept volumes of both runs are those of the runs, and go again."""
+    page = station.page
+    page.check("#show-swept")
+    expect(page.locator(".swept-keys .number")).to_have_count(2)
+    files = [rest.client.get(f"/api/v1/runs/{run}/swept").content for run in runs]
+    counts = [int(np.frombuffer(file[8:12], "<u4")[0]) for file in files]
+    station.wait_for("both bodies", lambda: all(page.evaluate(LAID)[0].count(count) >= 2 for count in counts))
+    page.check("#show-near")
+    expect(page.locator(".near-scale")).to_contain_text("5 mm")
+    check(station, "what is laid into the scene")
+    station.picture("review-in-scene")
+    page.uncheck("#show-near")
+    page.uncheck("#show-swept")
+    station.wait_for("none of it", lambda: not set(counts) & set(page.evaluate(LAID)[0]))
+
+
+def near_on_bone(station: Workstation) -> None:
+    """Bone has the colours of the open run's near passes, and its own again."""
+    page = station.page
+    page.check("#show-near")
+    expect(page.locator(".near-scale")).to_contain_text("5 mm")
+    expect(page.locator(".near-scale")).to_contain_text("tool in bone")
+    station.wait_for("colours of bone", lambda: page.evaluate(LAID)[1] > 20)
+    page.uncheck("#show-near")
+    station.wait_for("bone as before", lambda: not page.evaluate(LAID)[1])
+
+
+def taught(station: Workstation, run: str, rest: Rest) -> None:
+    """The open run becomes the teacher's, and is not any more; REST and the list say so."""
+    page = station.page
+    pill = page.locator(f"li[data-run={run}] .pill.teacher")
+    for on in (True, False, True):
+        page.set_checked("#teacher-run", on)
+        expect(pill).to_have_count(int(on))
+        assert rest.client.get(f"/api/v1/runs/{run}").json()["teacher"] is on
 
 
 def test_a_rehearsal_ends_with_a_card_and_is_reviewed(
@@ -112,6 +203,11 @@ def test_a_rehearsal_ends_with_a_card_and_is_reviewed(
     station.wait_for("the tool in a slice", lambda: page.evaluate(YELLOW))
     check(station, "a replay")
     station.picture("review")
+    exported(station, newest, rest)
+    beside_path(station, series)
+    laid_into_scene(station, (newest, before), rest)
+    page.click("#show-plots")
+    page.focus("#run-time")
     page.keyboard.press("Home")
     expect(page.locator(".timeline-time")).to_contain_text("0.0 / ")
     page.click("#play-run")
@@ -123,6 +219,8 @@ def test_a_rehearsal_ends_with_a_card_and_is_reviewed(
     page.click(f"li[data-run={hand}] .row-main")
     expect(page.locator("#run-score")).to_contain_text("without the certificate")
     expect(page.locator("#run-score")).to_contain_text("Contacts")
+    near_on_bone(station)
+    taught(station, hand, rest)
     page.click("[data-step=plan]")
     station.wait_for("nothing of a replay", lambda: not page.evaluate(REPLAYED))
     assert station.errors == []

@@ -13,7 +13,8 @@ from ..runtime.system import Column, SystemSpec
 from ..worlds.registry import spec_of
 from ..worlds.rigid.row import PHASES
 from .metrics.held import HELD
-from .metrics.samples import samples_of
+from .metrics.samples import Samples, samples_of
+from .path_plane import PathPlane
 
 _ON_TARGET = PHASES.index("inspect_hold")
 _PATH = [PHASES.index(name) for name in ("approach", "follow", "done")]
@@ -32,6 +33,8 @@ class RunSeries:
     force: (n, 3) in N, of the hand.
     error: (n,) distance of the tip to the path where the task is the path, of the target to the point that is held
         on it where a target is inspected, NaN elsewhere. progress: (n,) arc length along the path, NaN without one.
+    flat: (n, 2) in mm, the tip in the plane of the path, as the controller believes it to be; across: (n, 2) in mm, its
+        error within that plane and off it, NaN where ``error`` is not that of the path. plane: None without a path.
     phase: (n,) numbers of ``worlds.rigid.row.PHASES``; held: (n,) whether the hand pushed and the tool stood.
     """
 
@@ -49,17 +52,20 @@ class RunSeries:
     force: Array
     error: Array
     progress: Array
+    flat: Array
+    across: Array
     phase: IndexArray
     held: BoolArray
     radius: Array
     structures: tuple[str, ...]
     joints: tuple[Column, ...]
+    plane: PathPlane | None
 
     def thinned(self, rate_hz: float) -> RunSeries:
         """The series at no more than ``rate_hz``: the last sample of every interval, with the extremes within it.
 
-        Clearance is the least of the interval, error the largest, held whether any sample was; the last sample
-        of the run is always there. Raises InputError for a rate that is not positive.
+        Clearance is the least of the interval, error the largest, across that of the largest, held whether any sample
+        was; the last sample of the run is always there. Raises InputError for a rate that is not positive.
         """
         if not rate_hz > 0.0:
             raise InputError(f"series are thinned to a positive rate in Hz, not to {rate_hz!r:.40}")
@@ -71,12 +77,13 @@ class RunSeries:
         }
         least = np.minimum.reduceat(self.clearance, first)
         short["clearance"], short["nearest"] = least, nearest_of(least, self.reach[last])
-        short["error"] = np.fmax.reduceat(self.error, first)
+        worst = np.lexsort((np.nan_to_num(self.error, nan=-1.0), interval))[last]
+        short["error"], short["across"] = self.error[worst], self.across[worst]
         short["held"] = np.logical_or.reduceat(self.held, first)
         return replace(self, **short)  # type: ignore[arg-type]
 
 
-_WHOLE = ("radius", "structures", "joints")  # fields that are no series
+_WHOLE = ("radius", "structures", "joints", "plane")  # fields that are no series
 
 
 def series_of(run: Run, spec: SystemSpec | None = None) -> RunSeries:
@@ -98,16 +105,11 @@ def series_of(run: Run, spec: SystemSpec | None = None) -> RunSeries:
         names = [[f"s{part}_{end}{axis}" for axis in "xyz"] for part in range(parts)]
         return np.asarray(rows[:, [[at[name] for name in three] for three in names]])
 
+    plane = None if samples.path is None else PathPlane.of(samples.path)
     clearance = samples.distance.min(axis=2)
     reach = np.array([one.reach_mm for one in samples.settings])
     progress = np.where(samples.path_s < 0.0, np.nan, samples.path_s)
-    error = np.full(len(rows), np.nan)
-    if samples.path is not None:
-        following = np.isin(samples.phase, _PATH) & (samples.path_s >= 0.0)
-        error[following] = _apart(samples.path.position(samples.path_s[following]), samples.believed[following])
-    inspecting = samples.phase == _ON_TARGET
-    if inspecting.any():
-        error[inspecting] = _apart(samples.view_point[inspecting], samples.targets[samples.target[inspecting]])
+    error, across = _errors(samples, plane)
     return RunSeries(
         t=np.cumsum(samples.period_s),
         tip=samples.tip,
@@ -123,12 +125,29 @@ def series_of(run: Run, spec: SystemSpec | None = None) -> RunSeries:
         force=samples.force,
         error=error,
         progress=progress,
+        flat=np.full((len(rows), 2), np.nan) if plane is None else plane.flat(samples.believed),
+        across=across,
         phase=samples.phase,
         held=samples.outcome == HELD,
         radius=samples.tool.radius,
         structures=samples.structures,
         joints=joints,
+        plane=plane,
     )
+
+
+def _errors(samples: Samples, plane: PathPlane | None) -> tuple[Array, Array]:
+    """Error (n,) of the path or the target, and that of the path across it (n, 2); NaN where there is none."""
+    error, across = np.full(len(samples.tip), np.nan), np.full((len(samples.tip), 2), np.nan)
+    if samples.path is not None and plane is not None:
+        following = np.isin(samples.phase, _PATH) & (samples.path_s >= 0.0)
+        s, tips = samples.path_s[following], samples.believed[following]
+        error[following] = _apart(samples.path.position(s), tips)
+        across[following] = plane.across(samples.path, s, tips)
+    inspecting = samples.phase == _ON_TARGET
+    if inspecting.any():
+        error[inspecting] = _apart(samples.view_point[inspecting], samples.targets[samples.target[inspecting]])
+    return error, across
 
 
 def nearest_of(clearance: Array, reach: Array) -> IndexArray:

@@ -17,17 +17,22 @@ from vfix_engine.runtime.run import Run
 Writer = Callable[[Run, str | None, Path], None]
 
 
+def check_suffix(suffix: str) -> None:
+    """Raise ExtraMissing where the packages that write such a file are not installed."""
+    extra, modules = EXTRAS.get(suffix, ("", ()))
+    if any(find_spec(name) is None for name in modules):
+        raise need_extra(f"An export to {suffix}", extra)
+
+
 def check_target(path: Path) -> None:
     """Refuse a file that no export can be written to, before a drive whose recording would be lost.
 
-    Raises InputError, or ExtraMissing where the packages of the suffix are not installed.
+    Raises InputError, or ExtraMissing as `check_suffix`.
     """
     suffix = path.suffix.lower()
     if suffix not in WRITERS:
         raise InputError(f"an export's file ends in {', '.join(WRITERS)}, not {path.name!r:.80}")
-    extra, modules = EXTRAS.get(suffix, ("", ()))
-    if any(find_spec(name) is None for name in modules):
-        raise need_extra(f"An export to {suffix}", extra)
+    check_suffix(suffix)
     if not os.access(path.parent, os.W_OK | os.X_OK):
         raise InputError(f"the recording {path} cannot be written: {path.parent} is no folder that can be written to")
 

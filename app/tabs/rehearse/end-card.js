@@ -2,19 +2,19 @@
 import { note } from "/static/js/dialogs.js";
 import { h } from "/static/js/dom.js";
 import { jobWatch } from "/static/js/jobs.js";
+import { LearningCurve } from "/static/js/learning-curve.js";
 import { openRun } from "/static/js/open-run.js";
-import { feltHolds, holdList, modeLine, scoreFacts } from "/static/js/run-score.js";
+import { feltHolds, holdList, learningPart, modeLine, scoreFacts } from "/static/js/run-score.js";
 import { jobNow } from "/static/js/rest.js";
-import { UNCERTIFIED, isUncertified, lastOf, otherModes, runsOf, saveReport, scoreOf } from "/static/js/runs.js";
+import { UNCERTIFIED, isUncertified, lastOf, otherModes, runsOf, saveReport, scoreOf, teacherOf } from "/static/js/runs.js";
 import { draw, html, nothing, titled } from "/static/js/template.js";
-import { LearningCurve } from "./learning-curve.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { RehearsalSection, RunTitle, ScorePublic, ViewModel } from "/static/js/types.js" */
 
 const LOOK_MS = 1500;
 
-/** @typedef {{ run: RunTitle, score: ScorePublic, runs: RunTitle[] }} Ended runs: of the same plan, newest first */
+/** @typedef {{ run: RunTitle, score: ScorePublic, runs: RunTitle[], teacher: RunTitle | null }} Ended runs: of the same plan, newest first */
 
 export class EndCard {
   /** @param {Connection} connection */
@@ -69,17 +69,17 @@ export class EndCard {
     this.update(this.connection.state);
   }
 
-  /** Runs of the plan that were driven on the page, newest first. */
-  async runs() {
+  /** Runs of the plan that were driven on the page, newest first, and its teacher's, however that was driven. */
+  async known() {
     const { plan } = this, { case: head } = this.connection.state;
-    const runs = head ? await runsOf(head.id) : [];
-    return runs.filter(({ plan_id: id, origin }) => id === plan && origin === "page");
+    const runs = (head ? await runsOf(head.id) : []).filter(({ plan_id: id }) => id === plan);
+    return { runs: runs.filter(({ origin }) => origin === "page"), teacher: await teacherOf(runs, plan) };
   }
 
   /** Note which run is the newest, so that an older one is never taken for this drive's. */
   async begin() {
     this.before = undefined;
-    const runs = await this.runs().catch(() => []);
+    const { runs } = await this.known().catch(() => ({ runs: [] }));
     this.before = runs[0]?.id ?? null;
   }
 
@@ -106,9 +106,9 @@ export class EndCard {
    */
   async find(job) {
     const told = job === null ? null : await jobNow(job);
-    const runs = await this.runs();
+    const { runs, teacher } = await this.known();
     const run = told ? runs.find(({ id }) => id === told.result) : runs.slice(0, 1).find(({ id }) => id !== this.before);
-    if (run) return { run, runs, score: await scoreOf(run.id) };
+    if (run) return { run, runs, teacher, score: await scoreOf(run.id) };
     return { trouble: told?.error?.message ?? "this run was not recorded." };
   }
 
@@ -124,7 +124,7 @@ export class EndCard {
       ${finish ? html`<p class="words">${now.path_done ? "At the end of the path." : "Ends where the tool is."}</p>
         <button type="button" class=${now.path_done ? "primary wide" : "wide"} id="finish-run" data-command="rehearsal.end" title="End this run and score it" @click=${this.finish}>Finish run</button>` : nothing}`)}`);
     if (!ended) return;
-    this.curve.show(lastOf(ended.runs, ended.run.mode ?? ""));
+    this.curve.show(lastOf(ended.runs, ended.run.mode ?? ""), ended.teacher);
     if (this.fresh) this.element.scrollIntoView({ block: "start" });
     this.fresh = false;
   }
@@ -151,13 +151,13 @@ export class EndCard {
   }
 
   /** @param {Ended} ended */
-  result({ run, score, runs }) {
+  result({ run, score, runs, teacher }) {
     const last = lastOf(runs, run.mode ?? ""), others = otherModes(runs, run.mode ?? "");
     return html`${titled(score.completed ? "Path completed" : "Run ended", null, html`
       ${modeLine(run.mode, isUncertified(run) || !score.certified)}
       ${scoreFacts(score)}
       ${holdList(feltHolds(score), ({ t_s: at }) => openRun(this.connection, { run: run.id, at }))}
-      ${last.length > 1 ? html`<div class="learning-part"><h3>Tip error of the last ${last.length} runs</h3>${this.curve.element}</div>` : nothing}
+      ${learningPart(last, teacher, this.curve)}
       ${others.length ? html`<ul class="other-modes" aria-label="Other modes">${others.map(({ id, name, words, uncertified }) => html`<li>
         <button type="button" class="plain" title="Compare with this run" @click=${() => openRun(this.connection, { run: run.id, compare: [id] })}><span>${name}${uncertified ? html` <span class="pill">${UNCERTIFIED}</span>` : nothing}</span><span class="number">${words}</span></button></li>`)}</ul>` : nothing}
       <div class="buttons even"><button type="button" class="primary" id="run-again" data-command="rehearsal.start" @click=${() => this.connection.send("rehearsal.start")}>Again</button

@@ -5,6 +5,7 @@ import { feltHolds } from "/static/js/run-score.js";
 import { keep, recall } from "/static/js/remember.js";
 import { draw, html, live, nothing } from "/static/js/template.js";
 import { CompareTable } from "./compare.js";
+import { PathPlots } from "./path-plots.js";
 import { SPEEDS, STEP_S } from "./player.js";
 import { Plots } from "./plots.js";
 
@@ -13,14 +14,18 @@ import { Plots } from "./plots.js";
 
 const PLAY = "M4.5 3v10l8-5z", PAUSE = "M5 3v10M11 3v10";
 const COARSE_S = 1; // of PageUp and PageDown
+/** @typedef {"plots" | "path" | "compare"} Shown */
+/** @type {[Shown, string][]} */
+const SHOWN = [["plots", "Plots"], ["path", "Path"], ["compare", "Compare"]];
 
 export class Dock {
   /** @param {Player} player */
   constructor(player) {
     this.player = player;
     this.plots = new Plots(player);
+    this.path = new PathPlots(player);
     this.compare = new CompareTable();
-    this.shows = /** @type {"plots" | "compare"} */ (recall("review-dock", ["plots", "compare"], "plots"));
+    this.shows = /** @type {Shown} */ (recall("review-dock", SHOWN.map(([what]) => what), "plots"));
     /** @type {ScorePublic | null} */
     this.score = null;
     this.bar = h("div", { class: "timeline" });
@@ -38,7 +43,7 @@ export class Dock {
     this.render();
   }
 
-  /** @param {"plots" | "compare"} what */
+  /** @param {Shown} what */
   turn(what) {
     this.shows = what;
     keep("review-dock", what);
@@ -47,8 +52,11 @@ export class Dock {
 
   render() {
     const { player } = this, { main, end } = player;
-    const shown = this.shows === "plots" ? this.plots.element : this.compare.element;
-    if (this.body.firstElementChild !== shown) this.body.replaceChildren(shown);
+    const shown = this[this.shows].element;
+    if (this.body.firstElementChild !== shown) {
+      this.body.replaceChildren(shown);
+      this.path.update(); // it is moved only while it is in sight
+    }
     const label = player.playing ? "Pause" : "Play";
     draw(this.bar, html`
       <button type="button" class="icon" id="play-run" title="${label} (Space)" aria-label=${label} ?disabled=${!main} @click=${() => player.toggle()}>
@@ -62,8 +70,7 @@ export class Dock {
       <select id="run-speed" aria-label="Speed" @change=${(/** @type {Event} */ { currentTarget }) => { player.speed = Number(/** @type {HTMLSelectElement} */ (currentTarget).value); }}>
         ${SPEEDS.map((speed) => html`<option value=${speed} ?selected=${speed === player.speed}>${fixed(speed, speed % 1 ? 2 : 0).replace(/0$/u, "")}×</option>`)}</select>
       <div class="segmented" role="group" aria-label="Below the views">
-        <button type="button" id="show-plots" aria-pressed=${String(this.shows === "plots")} @click=${() => this.turn("plots")}>Plots</button
-        ><button type="button" id="show-compare" aria-pressed=${String(this.shows === "compare")} @click=${() => this.turn("compare")}>Compare</button></div>`);
+        ${SHOWN.map(([what, name]) => html`<button type="button" id="show-${what}" aria-pressed=${String(this.shows === what)} @click=${() => this.turn(what)}>${name}</button>`)}</div>`);
   }
 
   /** @param {number} t */

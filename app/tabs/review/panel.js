@@ -1,11 +1,14 @@
 // Review: which runs there are, what the open one is worth, and how it went, replayed and plotted.
 import { h } from "/static/js/dom.js";
 import { jobWatch } from "/static/js/jobs.js";
+import { LearningCurve } from "/static/js/learning-curve.js";
 import { takeRunRequest } from "/static/js/open-run.js";
-import { feltHolds, holdList, modeLine, scoreFacts } from "/static/js/run-score.js";
-import { isUncertified, runName, runsOf, saveReport, scoreOf, seriesOfRun } from "/static/js/runs.js";
-import { draw, html, nothing, titled } from "/static/js/template.js";
+import { feltHolds, holdList, learningPart, modeLine, scoreFacts } from "/static/js/run-score.js";
+import { isUncertified, lastOf, markTeacher, modeWord, runName, runsOf, saveReport, scoreOf, seriesOfRun, shortOf } from "/static/js/runs.js";
+import { draw, html, live, nothing, titled } from "/static/js/template.js";
 import { Dock } from "./dock.js";
+import { ExportMenu } from "./export-menu.js";
+import { InScene } from "./in-scene.js";
 import { Player } from "./player.js";
 import { RunsList } from "./runs-list.js";
 
@@ -23,7 +26,10 @@ export default class ReviewPanel {
     this.dock = new Dock(this.player);
     this.list = new RunsList({ open: (id) => this.open(id), toggle: (id) => this.toggle(id) });
     this.about = h("div", { class: "group", id: "run-score", hidden: true });
-    this.element = h("div", {}, this.list.element, this.about);
+    this.exports = new ExportMenu();
+    this.curve = new LearningCurve();
+    this.laid = new InScene();
+    this.element = h("div", {}, this.list.element, this.about, this.laid.element, this.exports.element);
     this.overlay = this.dock.element;
     /** @type {string | null} */
     this.caseId = null;
@@ -37,6 +43,7 @@ export default class ReviewPanel {
     this.trouble = "";
     this.asked = 0; // counts requests: an answer to an earlier one is dropped
     this.shown = false;
+    this.storing = ""; // ids of the jobs that store a drive
     /** @type {Map<string, ScorePublic>} */
     this.scores = new Map();
     /** @type {Map<string, SeriesPublic>} */
@@ -82,6 +89,7 @@ export default class ReviewPanel {
   leave() {
     this.shown = false;
     this.player.hide();
+    this.laid.hide();
   }
 
   /** Read the list anew, and open what is to be open. @param {number} [at] s */
@@ -126,8 +134,8 @@ export default class ReviewPanel {
     const request = ++this.asked;
     if (this.player.main?.run.id !== this.openId) this.player.load(null, null); // nothing of another run while it comes
     this.render();
-    const ids = [this.openId, ...this.beside].filter((id) => id !== null);
-    await Promise.all(ids.flatMap((id, index) => [this.know(this.scores, id, scoreOf), ...(index < 2 ? [this.know(this.series, id, seriesOfRun)] : [])]));
+    const ids = [this.openId, ...this.beside].filter((id) => id !== null), taught = this.teacher()?.id;
+    await Promise.all([...ids.flatMap((id, index) => [this.know(this.scores, id, scoreOf), ...(index < 2 ? [this.know(this.series, id, seriesOfRun)] : [])]), ...(taught ? [this.know(this.scores, taught, scoreOf)] : [])]);
     if (request !== this.asked || !this.shown) return;
     const [main, ghost] = [this.openId, this.beside[0]].map((id) => {
       const run = this.runs.find((one) => one.id === id), series = this.series.get(id ?? "");
@@ -157,6 +165,23 @@ export default class ReviewPanel {
     await answer;
   }
 
+  /** The run of the open run's plan that is the teacher's; null for none. */
+  teacher() {
+    const plan = this.runs.find(({ id }) => id === this.openId)?.plan_id ?? null;
+    return (plan !== null && this.runs.find(({ plan_id: id, teacher }) => teacher && id === plan)) || null;
+  }
+
+  /** @param {RunTitle} run @param {boolean} on */
+  async mark({ id, plan_id: plan }, on) {
+    try {
+      const { teacher } = await markTeacher(id, on);
+      this.runs = this.runs.map((run) => (run.plan_id === plan ? { ...run, teacher: teacher && run.id === id } : run));
+    } catch (error) {
+      this.tell(error);
+    }
+    this.render();
+  }
+
   /** @param {string | null} id */
   planName = (id) => (id === null ? "no plan" : this.connection.state.plans?.items.find((plan) => plan.id === id)?.name ?? "a plan that is gone");
 
@@ -165,13 +190,21 @@ export default class ReviewPanel {
     this.list.show({ runs, open, beside, planName, loading, trouble });
     const run = runs.find(({ id }) => id === open), score = open ? this.scores.get(open) : undefined;
     this.about.hidden = !run;
+    this.exports.of(run?.id ?? null);
     if (run) draw(this.about, this.result(run, score));
+    this.laid.of(this.shown ? this.laidRuns(run) : []);
     this.dock.marks(score ?? null);
     const scored = [open, ...beside].flatMap((id) => {
       const one = runs.find((title) => title.id === id), its = this.scores.get(id ?? "");
       return one && its ? [{ run: one, score: its }] : [];
     });
     this.dock.compare.show(scored, runs, planName);
+  }
+
+  /** The open run and the one that is replayed beside it. @param {RunTitle | undefined} run */
+  laidRuns(run) {
+    const ghost = this.runs.find(({ id }) => id === this.beside[0]);
+    return [run, ghost].flatMap((one, index) => (run && one ? [{ id: one.id, ghost: index > 0, name: modeWord(one.mode) }] : []));
   }
 
   /**
@@ -184,13 +217,18 @@ export default class ReviewPanel {
       return titled(`Run of ${runName(run)}`, null, html`${modeLine(run.mode, isUncertified(run))}
         <p class=${trouble ? "words caution" : "words"} role="status">${trouble ? `No score: ${trouble}` : "Scoring the run …"}</p>`);
     }
-    const holds = feltHolds(score);
+    const holds = feltHolds(score), teacher = this.teacher();
+    const last = lastOf(this.runs.filter(({ plan_id: plan }) => plan === run.plan_id), run.mode ?? "");
+    this.curve.show(last, teacher);
     return html`${titled(`Run of ${runName(run)}`, null, html`
       ${modeLine(run.mode, !score.certified)}
       ${unplayed ? html`<p class="words caution" role="status">No replay: ${unplayed}</p>` : nothing}
       ${scoreFacts(score)}
       ${holds.length ? html`<h3>${score.certified ? "Held" : "Contacts"}</h3>${holdList(holds, ({ t_s: at }) => this.goTo(at), MOST_HOLDS)}` : nothing}
-      <button type="button" class="wide" id="report-runs" title="A page to print, with the runs beside" @click=${() => saveReport([run.id, ...this.beside])}>Report</button>`)}`;
+      ${learningPart(last, teacher, this.curve)}
+      ${run.plan_id === null ? nothing : html`<label class="check" title="Learning curves of this plan show its level"><input type="checkbox" id="teacher-run" .checked=${live(run.teacher)}
+        @change=${() => this.mark(run, !run.teacher)}>The teacher’s run</label>`}
+      <div class="buttons even"><button type="button" id="report-runs" title="A page to print, with the runs beside" @click=${() => saveReport([run.id, ...this.beside])}>Report</button>${this.exports.button}</div>`)}`;
   }
 
   /** @param {number} t */
@@ -218,15 +256,4 @@ export default class ReviewPanel {
  */
 function askedOf(ask, id) {
   return `${ask.name} ${id}`;
-}
-
-/**
- * What a list says of a run that was scored since it was read.
- * @param {ScorePublic} score
- */
-function shortOf({ certified, completed, time_s: time, path_error_mm: error, least_clearance_mm: least, contacts, held_s: held }) {
-  return {
-    certified, completed, contacts, time_s: time, held_s: held, error_mm: error?.robot_frame.mean ?? null, error_max_mm: error?.robot_frame.max ?? null,
-    clearance_mm: Math.min(...Object.values(least)),
-  };
 }

@@ -12,7 +12,7 @@ import { errorAlongPath, leastClearance, overTime, sampleAt, speeds, timeAlong }
 /** @import { Player } from "./player.js" */
 
 const LEAST_PX = 84;
-const GHOST = { colour: "--ghost", width: 1.25, dash: [5, 4] };
+export const GHOST = { colour: "--ghost", width: 1.25, dash: [5, 4] };
 
 /**
  * @typedef {{ title: string, unit: string, lines: Line[], curves: Curves, digits: number, along?: boolean, now: (at: number) => string }} Content
@@ -54,7 +54,7 @@ export function contentsOf(main, ghost) {
 }
 
 /** The name of a line with its colour. @param {Line} line */
-function keyOf({ name, colour, dash, caution }) {
+export function keyOf({ name, colour, dash, caution }) {
   const swatch = h("i", { class: dash ? "dashed" : "" });
   swatch.style.borderTopColor = `var(${colour})`;
   return h("span", { class: caution ? "uncertified" : "", title: [name, caution].filter(Boolean).join(", ") }, swatch, name);

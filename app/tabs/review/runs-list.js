@@ -68,6 +68,7 @@ export class RunsList {
     return html`<li class="row" data-run=${run.id} aria-current=${String(isOpen)}>
       <button type="button" class="row-main" title=${planName(run.plan_id)} @click=${() => this.wishes.open(run.id)}>
         <span class="run-row-head">${modeWord(run.mode)} <span class="number">${figures}</span></span><span class="row-sub">${runName(run)} · ${planName(run.plan_id)}</span>
+        ${run.teacher ? html`<span class="pill teacher">teacher</span>` : nothing}
         ${uncertified ? html`<span class="pill">${UNCERTIFIED}</span>` : nothing}</button>
       <div class="row-tools"><button type="button" class="icon plain beside" data-ghost=${String(at === 0)} aria-pressed=${String(at >= 0)} ?disabled=${isOpen || !open} title=${isOpen ? "It is open" : "Beside the open run"} aria-label="Beside the open run"
         @click=${() => this.wishes.toggle(run.id)}><svg viewBox="0 0 16 16" aria-hidden="true"><path d=${at >= 0 ? CHOSEN : ADD} fill="none" stroke="currentColor" stroke-width="1.6" stroke-linecap="round" stroke-linejoin="round"></path></svg></button></div></li>`;

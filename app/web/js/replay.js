@@ -8,12 +8,35 @@
  *   key: of the run. segments: axes of the tool's parts from the tip on. ghost: another run beside the one that is looked at
  */
 
-/** Says `change`; the page has one. */
+/**
+ * What a tool has swept over a run, LPS mm.
+ * @typedef {{ key: string, ghost: boolean, mesh: import("./scene-layer/made-meshes.js").MadeMesh }} SweptBody
+ */
+/**
+ * Bone within reach of the tool of a run, and the least distance of each of its places to it; all in mm.
+ * @typedef {{ positions: Float32Array, indices: Uint32Array, least: Float32Array, reach: number }} NearBone
+ */
+
+/** Says `change` of the tools, and `laid` of what is laid into the scene; the page has one. */
 export class Replay extends EventTarget {
   constructor() {
     super();
     /** @type {ReplayedTool[]} the run first */
     this.tools = [];
+    /** @type {SweptBody[]} */
+    this.swept = [];
+    /** @type {NearBone | null} */
+    this.near = null;
+  }
+
+  /**
+   * @param {SweptBody[]} swept
+   * @param {NearBone | null} near
+   */
+  lay(swept, near) {
+    if (!swept.length && !this.swept.length && near === this.near) return;
+    Object.assign(this, { swept, near });
+    this.dispatchEvent(new Event("laid"));
   }
 
   /** @param {ReplayedTool[]} tools */

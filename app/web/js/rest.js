@@ -170,6 +170,17 @@ export function download(path) {
 }
 
 /**
+ * Save what an address answers once it has come, so that a refusal is told; returns the file's name.
+ * @param {string} path
+ */
+export async function saveFrom(path) {
+  const response = await ask(path);
+  const name = response.headers.get("Content-Disposition")?.match(/filename="([^"]+)"/u)?.[1] ?? "vfix";
+  saveBlob(await response.blob(), name);
+  return name;
+}
+
+/**
  * Save what the page itself has made.
  * @param {Blob} blob
  * @param {string} name of the file

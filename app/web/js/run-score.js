@@ -3,7 +3,7 @@ import { fixed, sentence } from "./format.js";
 import { UNCERTIFIED, duration, millimetres, modeWord } from "./runs.js";
 import { html, more, nothing } from "./template.js";
 
-/** @import { HoldPublic, ScorePublic } from "./types.js" */
+/** @import { HoldPublic, RunTitle, ScorePublic } from "./types.js" */
 
 const SHORTEST_S = 0.05; // a hold that was shorter nobody has felt
 const MOST_HOLDS = 5;
@@ -42,6 +42,19 @@ export function factsOf(score) {
 /** @param {ScorePublic} score */
 export function scoreFacts(score) {
   return html`<dl class="facts run-facts">${factsOf(score).map(({ name, value, worse }) => html`<dt>${name}${name === "Smoothness" ? more("Spectral arc length; 0 is smoothest. Compare equal tasks only.") : nothing}</dt><dd class=${worse ? "worse" : ""}>${value}</dd>`)}</dl>`;
+}
+
+/**
+ * The learning curve of runs, and what the line of the teacher is; nothing of a single run.
+ * @param {RunTitle[]} last oldest first
+ * @param {RunTitle | null} teacher
+ * @param {{ element: HTMLElement }} curve
+ */
+export function learningPart(last, teacher, curve) {
+  if (last.length < 2) return nothing;
+  const level = teacher?.score?.error_mm ?? null;
+  return html`<div class="learning-part"><h3>Tip error of the last ${last.length} runs</h3>${curve.element}
+    ${level === null ? nothing : html`<p class="plot-keys teacher-key"><span><i class="dashed"></i>teacher <span class="number">${millimetres(level)}</span></span></p>`}</div>`;
 }
 
 /**

@@ -1,6 +1,6 @@
 // Runs of the open head as the planner stores them, and the words for what they are worth.
 import { fixed, whenShort } from "./format.js";
-import { download, read } from "./rest.js";
+import { change, download, read } from "./rest.js";
 
 /** @import { RunTitle, ScorePublic, SeriesPublic } from "./types.js" */
 
@@ -28,6 +28,38 @@ export function scoreOf(id) {
 /** @param {string} id @returns {Promise<SeriesPublic>} */
 export function seriesOfRun(id) {
   return read(`/api/v1/runs/${encodeURIComponent(id)}/series`);
+}
+
+/**
+ * Mark a run as the teacher's, or take the mark away.
+ * @param {string} id
+ * @param {boolean} on
+ * @returns {Promise<RunTitle>}
+ */
+export function markTeacher(id, on) {
+  return change(`/api/v1/runs/${encodeURIComponent(id)}`, { teacher: on });
+}
+
+/**
+ * The teacher's run of a plan with its score, which is asked for where it is not known; null where there is none.
+ * @param {RunTitle[]} runs
+ * @param {string | null} plan
+ * @returns {Promise<RunTitle | null>}
+ */
+export async function teacherOf(runs, plan) {
+  const found = runs.find(({ plan_id: id, teacher }) => teacher && id === plan);
+  return found ? { ...found, score: found.score ?? shortOf(await scoreOf(found.id)) } : null;
+}
+
+/**
+ * What a list says of a run that was scored since it was read.
+ * @param {ScorePublic} score
+ */
+export function shortOf({ certified, completed, time_s: time, path_error_mm: error, least_clearance_mm: least, contacts, held_s: held }) {
+  return {
+    certified, completed, contacts, time_s: time, held_s: held, error_mm: error?.robot_frame.mean ?? null, error_max_mm: error?.robot_frame.max ?? null,
+    clearance_mm: Math.min(...Object.values(least)),
+  };
 }
 
 /**

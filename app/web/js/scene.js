@@ -62,6 +62,7 @@ export class SceneFrame {
     window.addEventListener(LET_GO, () => this.pointerGone());
     pacing.addEventListener("scale", () => this.layer?.hooks.resolve(pacing.scale));
     replay.addEventListener("change", () => this.layer?.replayed.show(replay.tools));
+    replay.addEventListener("laid", () => this.layer?.lay(replay));
   }
 
   /** (Re)load the scene: a new frame has no state, the planner draws it again. */
@@ -124,6 +125,7 @@ export class SceneFrame {
       this.layer = layer;
       layer.hooks.resolve(pacing.scale);
       layer.replayed.show(replay.tools);
+      layer.lay(replay);
       this.drawn = null;
       this.drawIfSeen();
       this.sayWhoWrites();

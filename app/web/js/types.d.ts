@@ -45,7 +45,7 @@ export interface JobsSection {
 /** A waiting or running job, as in REST; REST alone has `result` and `error`, at its end. */
 export interface JobEntry {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures" | "endoscope";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures" | "endoscope" | "swept";
   case_id: string | null;
   subject: string;
   document_id: string | null;
@@ -1121,7 +1121,7 @@ export interface ErrorMessage {
  */
 export interface JobPublic {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures" | "endoscope";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures" | "endoscope" | "swept";
   case_id: string | null;
   subject: string;
   document_id: string | null;
@@ -1666,6 +1666,7 @@ export interface TracedPublic {
  * whole is false, and ticks and lost are null, for an interrupted run.
  * pierced: what the tool pierced while it was driven; null where that was not measured.
  * score: null where nobody has asked for it yet, see `/runs/{run_id}/score`, and where there is none.
+ * teacher: whether it is marked as the teacher's, of which a plan has one at most.
  */
 export interface RunTitle {
   id: string;
@@ -1682,6 +1683,7 @@ export interface RunTitle {
   pierced: PiercedPublic | null;
   score: ShortScore | null;
   files: Record<string, RunFilePublic>;
+  teacher: boolean;
 }
 
 /**
@@ -1807,7 +1809,9 @@ export interface HoldPublic {
  * tip on; radii_mm (S). speed (J, n): of the joints. clearance_mm (B, n): least of each interval, null beyond
  * reach_mm (n). nearest (n): number of the nearest structure, -1 for none within reach. force_n (n): of the hand.
  * error_mm (n): largest of each interval, of the path or of the target, null where there is none.
- * progress_mm (n): along the path. phase (n): numbers of phases. held (n): 1 where the tool was held.
+ * progress_mm (n): along the path. flat_mm (n, 2): the tip in the plane of the path; path_mm (m, 2): the path there,
+ * from its entry on; across_mm (2, n): error of the path within that plane and off it; all null without a path.
+ * phase (n): numbers of phases. held (n): 1 where the tool was held.
  */
 export interface SeriesPublic {
   run: string;
@@ -1827,6 +1831,9 @@ export interface SeriesPublic {
   force_n: number[];
   error_mm: (number | null)[];
   progress_mm: (number | null)[];
+  flat_mm: [number, number][] | null;
+  across_mm: ((number | null)[])[] | null;
+  path_mm: [number, number][] | null;
   phase: number[];
   held: number[];
 }

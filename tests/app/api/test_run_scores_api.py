@@ -62,6 +62,12 @@ def test_a_run_is_scored_once_and_its_series_are_downloaded(services: Services) 
     least = min((v for row in told["clearance_mm"] for v in row if v is not None), default=np.inf)
     assert least == pytest.approx(near.min(initial=np.inf), abs=1e-4)
 
+    for on in (True, False):
+        assert client.patch(path, json={"teacher": on}).json()["teacher"] is on
+        assert client.get(path).json()["teacher"] is on
+    assert client.patch(path, json={"teacher": 1}).status_code == 422
+    assert client.patch("/api/v1/runs/nobody", json={"teacher": True}).status_code == 404
+
     for what in ("score", "series"):
         refused = client.get(f"/api/v1/runs/{snake['id']}/{what}")
         assert refused.status_code == 422

@@ -40,6 +40,19 @@ def test_runs_are_listed_newest_first_and_filtered(
     assert "Through the tube, Made-up head" in out[2]
 
 
+def test_a_run_is_marked_as_the_teachers_and_not(old_runs: dict[str, str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "teacher", old_runs["rigid"], "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["teacher"] is True
+    assert {one["id"] for one in listed(capsys) if one["teacher"]} == {old_runs["rigid"]}
+    assert main(["run", "list"]) == 0
+    assert "(teacher)" in capsys.readouterr().out
+    assert main(["run", "teacher", old_runs["rigid"], "--off"]) == 0
+    assert "no longer the teacher's" in capsys.readouterr().out
+    assert not any(one["teacher"] for one in listed(capsys))
+    assert main(["run", "teacher", old_runs["snake"]]) == 2
+    assert "rigid tool" in capsys.readouterr().err
+
+
 def test_a_run_is_shown_with_its_manifest_and_deleted(
     old_runs: dict[str, str], capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -298,3 +298,23 @@ def test_where_nothing_can_be_written_there_is_no_recording(
     with pytest.raises(StorageError, match="only read"):
         recordings.new(case.id, plan.id, plan.name)
     assert recordings.attempt(case.id, plan.id, plan.name) == (None, "the data folder is only read.")
+
+
+def test_a_plan_has_one_teacher_at_most(runs: RunService, plans: PlanService, case: Case) -> None:
+    plan, other = (plans.create(case.id, name) for name in ("Plan", "Other"))
+    first, second = (kept(runs, number, case_id=case.id, plan_id=plan.id) for number in (100, 90))
+    elsewhere, loose = kept(runs, 80, case_id=case.id, plan_id=other.id), kept(runs, 70)
+    assert not first.teacher
+    assert runs.mark_teacher(first.id).teacher
+    assert runs.mark_teacher(first.id).teacher, "again"
+    assert runs.mark_teacher(elsewhere.id).teacher
+    assert runs.mark_teacher(second.id).teacher
+    taught = {run.id for run in runs.list() if run.teacher}
+    assert taught == {second.id, elsewhere.id}, "the other plan keeps its own"
+    assert runs.mark_teacher(second.id, False) == second, "as it was"
+    assert runs.get(first.id) == first
+    assert runs.mark_teacher(loose.id, False) == loose
+    with pytest.raises(InputError, match="run of a rigid tool"):
+        runs.mark_teacher(loose.id)
+    with pytest.raises(NotFound):
+        runs.mark_teacher("nobody")

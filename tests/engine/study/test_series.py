@@ -109,6 +109,11 @@ def test_series_are_what_was_seen(driven: tuple[Run, list[Any]], by_hand: tuple[
             series.error[on_path], [one.tip_error_mm for one in since if one.mode == "path"], atol=1e-9
         )
         assert np.isnan(series.error[~on_path]).all()
+        inner = on_path & (series.progress > 0.01) & (series.progress < series.progress[on_path].max() - 0.01)
+        np.testing.assert_allclose(np.linalg.norm(series.across, axis=1)[inner], series.error[inner], atol=1e-6)
+        assert np.isnan(series.across[~on_path]).all()
+        assert series.plane is not None
+        np.testing.assert_allclose(series.flat, series.plane.flat(series.tip), atol=1e-12)
         np.testing.assert_allclose(
             series.progress[on_path], [one.progress_mm for one in since if one.mode == "path"], atol=1e-9
         )
@@ -129,6 +134,8 @@ def test_thinned_series_keep_the_extremes(driven: tuple[Run, list[Any]]) -> None
     np.testing.assert_array_equal(short.tip[-1], whole.tip[-1])
     np.testing.assert_array_equal(short.clearance.min(axis=0), whole.clearance.min(axis=0))
     assert np.nanmax(short.error) == np.nanmax(whole.error)
+    worst = np.nanargmax(whole.error)
+    np.testing.assert_array_equal(short.across[np.nanargmax(short.error)], whole.across[worst])
     assert short.held.sum() < whole.held.sum()
     same = whole.thinned(1e9)
     np.testing.assert_array_equal(same.clearance, whole.clearance)

@@ -1,10 +1,13 @@
 // What the page adds to the scene of one frame. Without the hooks the scene works as viser draws it.
 import { SceneHooks } from "./hooks.js";
 import { SceneLabels } from "./labels.js";
+import { NearPatch } from "./near-patch.js";
 import { ReplayedTools } from "./replayed-tools.js";
 import { ClearSurfaces, PathThroughBone } from "./see-through.js";
+import { SweptVolumes } from "./swept-volumes.js";
 import { Turning } from "./turning.js";
 
+/** @import { Replay } from "../replay.js" */
 /** @import { CameraSection, LabelView, SkinSection } from "../types.js" */
 
 export class SceneLayer {
@@ -30,6 +33,8 @@ export class SceneLayer {
     this.path = new PathThroughBone(hooks);
     this.surfaces = new ClearSurfaces(hooks);
     this.replayed = new ReplayedTools(hooks);
+    this.swept = new SweptVolumes(hooks);
+    this.near = new NearPatch(hooks, this.surfaces);
     hooks.redraw();
   }
 
@@ -43,6 +48,12 @@ export class SceneLayer {
     this.path.shines = !(skin?.shown && skin.opacity >= 1);
     this.labels.show(labels ?? []);
     this.turning.about(camera?.pivot ?? null);
+  }
+
+  /** @param {Replay} replay */
+  lay({ swept, near }) {
+    this.swept.show(swept);
+    this.near.show(near);
   }
 
   remove() {

@@ -1,9 +1,9 @@
 // Tools of recorded runs in the scene, and the ways of their tips: made and moved here, so that a replay costs the planner nothing.
+import { addMesh, dropMesh, sampleMesh } from "./made-meshes.js";
 import { capsule, tube } from "./round-meshes.js";
 
 /** @import { SceneHooks, Three } from "./hooks.js" */
 /** @import { ReplayedTool } from "../replay.js" */
-/** @import { RoundMesh } from "./round-meshes.js" */
 
 const RUN = { tool: 0xced4dc, way: 0xffd479, opacity: 1 }; // the tool as a drive shows it; its way as the tool in the slices
 const GHOST = { tool: 0x4fc3a1, way: 0x4fc3a1, opacity: 0.55 };
@@ -54,47 +54,12 @@ export class ReplayedTools {
    * @returns {Shown | null}
    */
   make(tool, lengths, shape) {
-    const sample = this.sample();
+    const sample = sampleMesh(this.hooks);
     if (!sample) return null;
     const look = tool.ghost ? GHOST : RUN;
-    const parts = lengths.map((length, index) => this.mesh(sample, capsule(tool.radii[index], length), look.tool, look.opacity));
-    const way = this.mesh(sample, tube(tool.way, WAY_MM), look.way, look.opacity);
+    const parts = lengths.map((length, index) => addMesh(this.hooks, sample, capsule(tool.radii[index], length), look.tool, look.opacity));
+    const way = addMesh(this.hooks, sample, tube(tool.way, WAY_MM), look.way, look.opacity);
     return { parts, way, shape };
-  }
-
-  /** A mesh of viser's whose classes are those of its three.js: a second copy would not know its objects. */
-  sample() {
-    /** @type {Three} */
-    let found = null;
-    this.hooks.each((object) => {
-      const { type, geometry, material, userData } = object;
-      if (!found && type === "Mesh" && geometry?.type === "BufferGeometry" && geometry.index && geometry.attributes.position && material?.isMeshStandardMaterial && !userData.vfixPass && !userData.vfixReplay) found = object;
-    });
-    return found;
-  }
-
-  /**
-   * @param {Three} sample
-   * @param {RoundMesh} shape
-   * @param {number} colour
-   * @param {number} opacity
-   */
-  mesh(sample, { positions, normals, indices }, colour, opacity) {
-    const geometry = new sample.geometry.constructor();
-    const { position } = sample.geometry.attributes, { index } = sample.geometry;
-    const Attribute = position.constructor, Numbers = position.array.constructor, Indices = index.array.constructor; // the frame's: WebGL does not know ours
-    geometry.setAttribute("position", new Attribute(new Numbers(positions), 3));
-    geometry.setAttribute("normal", new Attribute(new Numbers(normals), 3));
-    geometry.setIndex(new index.constructor(new Indices(indices), 1));
-    const material = new sample.material.constructor();
-    material.color.setHex(colour);
-    Object.assign(material, { roughness: 0.5, metalness: 0, transparent: opacity < 1, opacity });
-    const mesh = new sample.constructor(geometry, material);
-    mesh.userData.vfixReplay = true;
-    mesh.raycast = () => {}; // it is looked at, not pressed
-    mesh.frustumCulled = false;
-    this.hooks.root.add(mesh);
-    return mesh;
   }
 
   /**
@@ -102,11 +67,7 @@ export class ReplayedTools {
    * @param {Shown} one
    */
   remove(key, { parts, way }) {
-    for (const mesh of [...parts, way]) {
-      mesh.removeFromParent();
-      mesh.geometry.dispose();
-      mesh.material.dispose();
-    }
+    for (const mesh of [...parts, way]) dropMesh(mesh);
     this.shown.delete(key);
   }
 }

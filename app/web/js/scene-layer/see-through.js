@@ -97,7 +97,7 @@ export class ClearSurfaces {
     let skin = null;
     let most = LEAST_VERTICES;
     this.hooks.each((object) => {
-      const count = object.isMesh && !object.isInstancedMesh && !object.userData.vfixPass ? object.geometry.attributes.position?.count ?? 0 : 0;
+      const count = object.isMesh && !object.isInstancedMesh && !object.userData.vfixPass && !object.userData.vfixReplay ? object.geometry.attributes.position?.count ?? 0 : 0;
       if (count <= LEAST_VERTICES) return;
       if (`#${object.material.color?.getHexString()}` === this.skinColour) skin = object;
       else if (count > most) [bone, most] = [object, count];
