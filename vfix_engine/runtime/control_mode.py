@@ -54,6 +54,13 @@ def first_control(world: str) -> Control:
 
 
 def run_mode(manifest: Mapping[str, Any]) -> str | None:
-    """Control mode of a run, or ``MIXED``; of a run before there were modes by its world, None where it has none."""
-    mode = manifest.get("mode", _OF_WORLD.get(str(manifest.get("world", ""))))
+    """Control mode of a run, or ``MIXED``; of a run before there were modes by its world, None where it has none.
+
+    Raises:
+        InputError: the manifest has another mode, or one that its world does not have.
+    """
+    own = _OF_WORLD.get(str(manifest.get("world", "")))
+    mode = manifest.get("mode", own)
+    if mode is not None and mode not in (*MODES, MIXED):
+        raise InputError(f"the run's mode {mode!r:.40} is not one of {', '.join((*MODES, MIXED))}")
     return None if mode is None else str(mode)
