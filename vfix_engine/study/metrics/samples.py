@@ -13,6 +13,7 @@ from ...geometry.path import SplinePath
 from ...robots import Tool
 from ...runtime.requests import Reset, SetSettings
 from ...runtime.run import Run
+from ...runtime.settings import checked_settings
 from ...runtime.system import SystemSpec
 from ...virtual_fixtures.zones import ANATOMY, ordered
 from ...worlds.rigid.row import PHASES
@@ -76,7 +77,7 @@ def samples_of(run: Run, spec: SystemSpec) -> Samples:
     spec: that it was driven with, such as ``worlds.registry.spec_of(run)``.
 
     Raises:
-        InputError: the run has no samples, or is of a world without a rigid tool.
+        InputError: the run has no samples, is of a world without a rigid tool, or has settings out of their ranges.
     """
     scene, control = getattr(spec, "scene", None), getattr(spec, "control", None)
     if scene is None or control is None or "r00" not in [column.name for column in run.columns]:
@@ -138,7 +139,7 @@ def _settings(run: Run, first_ones: ControlSettings, first: int) -> list[Control
             content = events.pop(0).content
             if isinstance(content, Reset):
                 now = first_ones
-            elif isinstance(content, SetSettings) and isinstance(content.settings, ControlSettings):
-                now = content.settings
+            elif isinstance(content, SetSettings):
+                now = checked_settings(content.settings, ControlSettings, "a rigid tool")
         found.append(now)
     return found[first:]

@@ -12,10 +12,11 @@ import numpy as np
 from ...arrays import Array
 from ...control import ControlSettings
 from ...control.tasks import PathPoint
-from ...errors import ControlError, InputError, StartRefused
+from ...errors import ControlError, StartRefused
 from ...runtime.command import Command
 from ...runtime.control_mode import FREEHAND
 from ...runtime.requests import Request, SetControl, SetSettings, SetTask
+from ...runtime.settings import checked_settings
 from ...runtime.system import Background, Column, Grip
 from ..rigid.command_values import array_of, share_of
 from ..rigid.scene import Scene
@@ -75,14 +76,12 @@ class FreehandSystem:
 
         Raises:
             ControlError: there is no such task, path or target, or the system has no such request.
-            InputError: settings of another world.
+            InputError: settings of another world, or out of their ranges.
         """
         if isinstance(request, SetTask):
             return self._with_mode(state, request.task, request.target)
         if isinstance(request, SetSettings):
-            if not isinstance(request.settings, ControlSettings):
-                raise InputError(f"a free tool is driven with ControlSettings, not with {request.settings!r:.60}")
-            return replace(state, settings=request.settings)
+            return replace(state, settings=checked_settings(request.settings, ControlSettings, "a free tool"))
         if isinstance(request, SetControl) and request.control.mode == FREEHAND:
             return state
         raise ControlError(f"a free tool cannot be asked to {type(request).__name__}")

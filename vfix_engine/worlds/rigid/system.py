@@ -21,6 +21,7 @@ from ...kernels.triples import Triple, dot, minus, norm, over, plus, times, trip
 from ...runtime.command import Command
 from ...runtime.control_mode import FREEHAND
 from ...runtime.requests import Request, SetControl, SetSettings, SetTask
+from ...runtime.settings import checked_settings
 from ...runtime.system import Background, Column, Grip
 from .command_values import array_of, share_of
 from .hand_kernel import torque_about_tip, torque_about_view
@@ -114,6 +115,7 @@ class RigidSystem:
 
         Raises:
             ControlError: there is no such task, path or target, or the system has no such request.
+            InputError: settings of another world, or out of their ranges.
             StartRefused: the pose violates a limit or margin of the new settings; the old ones stay.
         """
         if isinstance(request, SetTask):
@@ -125,9 +127,7 @@ class RigidSystem:
                 raise ControlError("a tool on a robot is not in a free hand; end this drive and start another one")
             return replace(state, lag=ZEROS)
         if isinstance(request, SetSettings):
-            settings = request.settings
-            if not isinstance(settings, ControlSettings):
-                raise InputError(f"the rigid tool is driven with ControlSettings, not with {settings!r:.60}")
+            settings = checked_settings(request.settings, ControlSettings, "the rigid tool")
             kept = self.controller
             try:
                 self._controller_of(settings).start(state.tool.q)
