@@ -261,7 +261,7 @@ class HeadlessRun:
             self.servo.watch(self.rehearsal.controller, before, state.tool.q)
         if self.covariance is not None:
             self.covariance.watch(self.rehearsal.controller, state.tool)
-        rooms = [limit.room(state.tool) for limit in self.limits]
+        rooms = [limit.room(state.tool) - state.settings.deflection_mm for limit in self.limits]
         self.least_rooms = [min(*pair) for pair in zip(self.least_rooms, rooms, strict=True)]
         self._keep(snapshot)
         return snapshot

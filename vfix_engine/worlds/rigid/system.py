@@ -28,7 +28,7 @@ from .hand_kernel import torque_about_tip, torque_about_view
 from .requests import ApproachPoint
 from .row import RowWriter
 from .scene import Scene
-from .snapshot import RigidSnapshot, camera_at, snapshot_of
+from .snapshot import RigidSnapshot, snapshot_of, view_axes
 from .state import ZEROS, LastStep, RehearsalState
 from .teleoperation import advance_leader, consume_motion, spring
 
@@ -71,6 +71,7 @@ class RigidSystem:
         self._inspections = tuple(InspectTarget(target) for target in scene.targets)
         self._goals = tuple(triple(target) for target in scene.targets)
         self._approaches = tuple(ApproachTarget(target) for target in scene.targets)
+        self._view = view_axes(scene.tool)
         self._row = RowWriter(scene)
         self.row_layout: tuple[Column, ...] = self._row.layout
 
@@ -134,7 +135,8 @@ class RigidSystem:
             except ControlError:
                 self.controller = kept
                 raise
-            return replace(state, settings=settings, last=None)
+            clock = state.clock.changed(state.steps, state.settings.dt_s, settings.dt_s)
+            return replace(state, settings=settings, last=None, clock=clock)
         raise ControlError(f"a rigid tool cannot be asked to {type(request).__name__}")
 
     def with_mode(self, state: RehearsalState, mode: str, target: int = 0) -> RehearsalState:
@@ -191,7 +193,7 @@ class RigidSystem:
         """The grip on the tool's shaft; by the papers' program a device has the axes of the robot's base (V.F.1)."""
         settings, tip = state.settings, state.tool.tip
         base = self.scene.printed is not None
-        axes = self.scene.base[:3, :3] if base else camera_at(tip.rotation, tip.position, self.scene.tool)[:3, :3]
+        axes = self.scene.base[:3, :3] if base else tip.rotation @ self._view
         grip = self._grip(state.tool)
         return Grip(grip, settings.stiffness_n_per_mm, settings.force_cap_n, axes, grip - tip.position)
 
@@ -255,6 +257,7 @@ class RigidSystem:
             state.fallbacks + done.fell_back,
             done.deflection,
             LastStep(done.report, done.force, done.torque, done.end, master is not None or command.rate),
+            state.clock,
         )
 
     def _turns(self, command: Command, settings: ControlSettings) -> Array:
