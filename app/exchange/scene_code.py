@@ -37,8 +37,8 @@ class SceneUse:
     """What stands about the lines of a scene.
 
     title: what the script sets up, of any characters. imports: of the lines below. head: lines that define `tree`, the
-    proximity tree of the head. drive: lines that use `scene` and `settings`. known: expression for the same scene in the script, from
-    which what has no line of its own is taken, such as a tool from a file; None: there is none.
+    proximity tree of the head. drive: lines that use `scene` and `settings`. known: expression for the same scene in
+    the script, from which what has no line of its own is taken, such as a tool from a file; None: there is none.
     """
 
     title: str

@@ -122,6 +122,7 @@ def test_no_name_becomes_a_statement_of_the_script(name: str) -> None:
 def test_a_run_of_a_mode_that_there_is_not_has_no_script(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     spec = FreehandSpec(SceneSpec.of(straight_scene(wall(4.0))), ControlSettings(dt_s=0.02), 17.5)
     RunWriter(tmp_path / "one", spec, spec.build().row_layout).close()
+    (tmp_path / "one" / "end.json").unlink()  # it has the manifest's digest
     manifest = json.loads((tmp_path / "one" / "manifest.json").read_text())
     (tmp_path / "one" / "manifest.json").write_text(json.dumps(manifest | {"mode": 'x"""\nimport os'}))
     assert main(["run", "python", str(tmp_path / "one")]) == 2
