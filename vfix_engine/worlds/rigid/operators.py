@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from ...arrays import Array
-from ...control import ControlSettings
 from ...control.admittance import saturate
 from ...control.tasks import view_point
 from ...errors import InputError
@@ -19,8 +18,7 @@ from ...runtime.driven_clock import FROM_START
 from ...runtime.operator import Act
 from ...runtime.requests import Reset
 from ...runtime.run import Run
-from ..registry import spec_of
-from .recorded_settings import driven_s, settings_of
+from .recorded_settings import driven_s, first_settings, settings_of
 from .state import RehearsalState
 from .system import RigidSystem
 
@@ -117,11 +115,8 @@ class RecordedOperator:
             raise InputError(f"a run {'of mixed modes' if run.mode else 'without a mode'} has no hand to repeat")
         device: Device = "rate" if run.manifest.get("device") == "rate" else "position"
         self.control = Control(run.mode, device)
-        control = getattr(spec_of(run), "control", None)
-        if not isinstance(control, ControlSettings):
-            raise InputError(f"a run of the world '{run.manifest['world']}' has no hand to repeat")
         self._commands = [run.command(index) for index in range(first, len(run.ticks))]
-        self._period = np.array([one.dt_s for one in settings_of(run, control)[first:]])
+        self._period = np.array([one.dt_s for one in settings_of(run, first_settings(run))[first:]])
         self._end = driven_s(self._period)
         self.duration_s, self._now = float(self._end[-1]), FROM_START
         self._step, self._dt_s = 0, 0.0
@@ -147,16 +142,13 @@ class RecordedOperator:
         parts = list[tuple[float, Master]]()
         for index in range(here, min(max(there, here + 1), len(self._commands))):
             master, until, period = self._commands[index].master, float(self._end[index]), float(self._period[index])
-            if master is None or not master.clutch:
-                continue
-            inside = min(end, until) - max(begin, until - period)
-            share = 1.0 if inside >= period - _SAME_S else max(inside, 0.0) / period
-            parts.append((share, master))
+            if master is not None:
+                inside = min(end, until) - max(begin, until - period)
+                parts.append((1.0 if inside >= period - _SAME_S else max(inside, 0.0) / period, master))
         if len(parts) == 1 and parts[0][0] == 1.0:
             return parts[0][1]
-        if parts:
-            return Master(np.asarray(sum(share * master.increment for share, master in parts)))
-        return Master(np.zeros(3), clutch=False)
+        led = [share * master.increment for share, master in parts if master.clutch]
+        return Master(np.sum(led, axis=0) if led else np.zeros(3), clutch=bool(led))
 
 
 def behind_device(hand: RigidOperator, control: Control) -> RigidOperator:

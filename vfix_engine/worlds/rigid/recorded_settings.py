@@ -15,6 +15,14 @@ from ...runtime.run import Run
 from ...runtime.settings import checked_settings
 
 
+def first_settings(run: Run) -> ControlSettings:
+    """The settings at the start, as the manifest has them. Raises InputError where it has none that can be used."""
+    settings = run.manifest["spec"].get("settings")
+    if not isinstance(settings, dict):
+        raise InputError("the run does not hold its spec, so nobody knows its settings")
+    return ControlSettings.from_dict(settings)
+
+
 def settings_of(run: Run, first: ControlSettings) -> list[ControlSettings]:
     """Settings at each of the n steps.
 
