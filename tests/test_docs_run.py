@@ -82,7 +82,7 @@ def test_the_tutorial_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caps
     with (tmp_path / "run.csv").open(encoding="utf-8") as file:
         columns = file.readline()
         assert {"command_force_x [N]", "t [s]", "q6 [rad]", "tip_x [mm]", "s0_ax [mm]"} <= {*columns.split(",")}
-        assert columns.endswith(" [mm],sideways [mm],not_for_clinical_use\n"), "HAZ-35"
+        assert columns.endswith(" [mm],sideways [mm],certified,not_for_clinical_use\n"), "HAZ-35"
         assert sum(1 for _ in file) == driven[0]["steps"]
     formats = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
     rows = re.split(r"^## ", formats.split("## Plan, JSON\n")[1], maxsplit=1, flags=re.MULTILINE)[0]

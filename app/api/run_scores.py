@@ -79,12 +79,16 @@ class ScorePublic(BaseModel):
     """The score of a run, see docs/metrics.md; lengths in mm, angles in degrees, times in s.
 
     completed: the path was followed to its end. reach_mm: least distance at which a clearance is cut.
-    holds: in the order of time.
+    whole: it was recorded to its end; lost: number of steps that were not recorded. led_by: shares of the samples by
+    hand, position of a master, and rate of a device. holds: in the order of time.
     """
 
     world: str
-    mode: str
+    mode: str | None
     certified: bool
+    whole: bool
+    lost: int
+    led_by: dict[str, float]
     completed: bool
     samples: int
     time_s: float

@@ -59,6 +59,7 @@ class RunTitle(BaseModel):
     """A run; ticks: number of recorded steps, lost: number of steps that were not recorded.
 
     mode: 'freehand', 'hands-on' or 'teleoperated', 'mixed' where it was changed on the way, null for a snake.
+    certified: every motion was certified, by the run's world and its rows.
     whole is false, and ticks and lost are null, for an interrupted run.
     pierced: what the tool pierced while it was driven; null where that was not measured.
     score: null where nobody has asked for it yet, see `/runs/{run_id}/score`, and where there is none.
@@ -71,6 +72,7 @@ class RunTitle(BaseModel):
     origin: RunOrigin
     world: str
     mode: str | None
+    certified: bool
     recorded: str
     size_bytes: int
     whole: bool
@@ -87,7 +89,7 @@ class RunTitle(BaseModel):
         known = services.run_scores.known(run)
         end = run.end or {}
         files = {name: vars(file) for name, file in run.files.items()}
-        told = {"world": run.world, "mode": run.mode, "whole": run.whole}
+        told = {"world": run.world, "mode": run.mode, "certified": run.certified, "whole": run.whole}
         told |= {"ticks": end.get("ticks"), "lost": end.get("lost")}
         return {**vars(run), **told, "files": files, "score": known and ShortScore.of(known)}
 

@@ -19,7 +19,7 @@ from app.commands.head_options import say_notes, told_of_file
 from app.commands.recorded_run import RecordedRun
 from app.commands.rehearse_arguments import add_arguments, check_arguments
 from app.commands.rehearse_errors import Truths
-from app.commands.rehearse_freehand import drive_freehand
+from app.commands.rehearse_freehand import drive_freehand, driven_preset
 from app.commands.rehearse_person import led_by_person
 from app.commands.rehearse_scene import build_scene, robots_of
 from app.exchange.resolve import (
@@ -84,10 +84,10 @@ def run(args: argparse.Namespace) -> int:
     scene, settings, obstacle, held_by, dropped = build_scene(case, plan, args, robots, registration)
     say_notes(dropped)
     report = {"case": case.name, "plan": plan.name, "operator": args.operator, "task": args.task}
-    control = _control(args)
-    report |= control.labels() | {"preset": args.preset, "robot": scene.robot.name, "tool": scene.tool.name}
-    if args.preset is not None and args.mode != FREEHAND:
-        report |= PRESETS[args.preset].report()
+    control, preset = _control(args), driven_preset(args)
+    report |= control.labels() | {"preset": preset, "robot": scene.robot.name, "tool": scene.tool.name}
+    if preset is not None:
+        report |= PRESETS[preset].report()
     if scene.robot.notes:
         report["robot_notes"] = list(scene.robot.notes)
     if held_by:
@@ -205,7 +205,7 @@ def _recorded(
 ) -> RecordedRun | None:
     """The recorder of the run; None without a writable store, unless --record asks for a run that is not stored."""
     seed = args.seed if args.operator != "scripted" or args.mode == FREEHAND else None
-    labels = (seed, _control(args), args.preset)
+    labels = (seed, _control(args), driven_preset(args))
     if services is not None:
         try:
             return RecordedRun(services, spec, columns, *labels)

@@ -11,6 +11,7 @@ import numpy as np
 
 from app.commands.head_options import say_notes
 from vfix_engine.errors import ControlError, InputError
+from vfix_engine.runtime.control_mode import FREEHAND, TELEOPERATED
 from vfix_engine.runtime.driver import Log
 from vfix_engine.runtime.snapshot import Snapshot
 from vfix_engine.study.drive import LONGEST_S, drive
@@ -25,11 +26,16 @@ UNCERTIFIED = "Freehand: driven without the certificate; bone does not stop the 
 NO_PRESET = "a preset's parameters are those of the robot: a free hand has none of them"
 
 
+def driven_preset(args: argparse.Namespace) -> str | None:
+    """The preset that is driven with: of a free hand none, whatever is asked for."""
+    return None if args.mode == FREEHAND else args.preset
+
+
 def check_options(args: argparse.Namespace) -> None:
     """Refuse what a free hand does not have. Raises InputError."""
-    if args.device is not None and args.mode != "teleoperated":
+    if args.device is not None and args.mode != TELEOPERATED:
         raise InputError("--device goes with --mode teleoperated")
-    if args.mode != "freehand":
+    if args.mode != FREEHAND:
         if args.steady:
             raise InputError("--steady goes with --mode freehand")
         return
@@ -50,7 +56,7 @@ def check_options(args: argparse.Namespace) -> None:
 
 def check_zones(args: argparse.Namespace, zones: ZoneSet) -> None:
     """Refuse what a free hand does not feel of a file's zones. Raises InputError."""
-    if args.mode == "freehand" and (zones.soft_zones or zones.envelopes):
+    if args.mode == FREEHAND and (zones.soft_zones or zones.envelopes):
         raise InputError("--mode freehand goes with no-fly zones of --zones only: soft zones and envelopes do nothing")
 
 

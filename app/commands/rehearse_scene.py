@@ -15,7 +15,7 @@ import numpy as np
 from app.cases.settings import settings_in_case
 from app.commands.head_options import say_notes
 from app.commands.rehearse_errors import compensating
-from app.commands.rehearse_freehand import check_zones
+from app.commands.rehearse_freehand import check_zones, driven_preset
 from app.exchange.resolve import (
     ResolvedCase,
     resolve_plan_zones,
@@ -56,7 +56,7 @@ def build_scene(
 
     A plan without a robot placement gets one; behind a registration that says where the robot stands, its joints alone.
     """
-    settings, preset = _settings(plan, case, args), PRESETS.get(args.preset)
+    settings, preset = _settings(plan, case, args), PRESETS.get(driven_preset(args) or "")
     robot, tool = _robot(plan, args, robots), Tool.load(args.tool) if args.tool else plan_tool(plan.content)
     path = SplinePath(np.array([p.position for p in plan.content.points]))
     if args.task == "inspect":
@@ -104,7 +104,7 @@ def build_scene(
 
 def _settings(plan: Plan, case: ResolvedCase, args: argparse.Namespace) -> ControlSettings:
     """The plan's settings, changed by the preset and then by what is said on the command line."""
-    settings, preset = settings_in_case(plan.content.settings, case.uncertainty), PRESETS.get(args.preset)
+    settings, preset = settings_in_case(plan.content.settings, case.uncertainty), PRESETS.get(driven_preset(args) or "")
     if preset is not None:
         settings = preset.in_settings(settings)
     if args.margin is not None:

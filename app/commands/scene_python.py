@@ -41,7 +41,7 @@ def plan_python(services: Services, stored: Plan) -> str:
         ),
         head=(
             "cases = build_services(Settings.from_environment()).cases",
-            f'tree = cases.tree(cases.get("{stored.case_id}"))',
+            f"tree = cases.tree(cases.get({stored.case_id!r}))",
         ),
         drive=(
             "run = HeadlessRun(Rehearsal(scene, settings), lambda snapshot: None)",

@@ -56,4 +56,8 @@ def _print_for_people(score: dict[str, Any]) -> None:
         print(f"{name:>22}  {json.dumps(value) if isinstance(value, (dict, list, tuple)) else value}")
     if not score["certified"]:
         print(f"{'':>22}  Driven without the certificate.")
+    if not score["whole"]:
+        print(f"{'':>22}  Interrupted: what came after the recording is in no figure.")
+    if score["lost"]:
+        print(f"{'':>22}  {score['lost']} steps were not recorded, and are in no figure.")
     print()

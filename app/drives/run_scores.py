@@ -22,18 +22,19 @@ from vfix_engine.study.series import RunSeries, series_of
 from vfix_engine.worlds.registry import spec_of
 from vfix_engine.worlds.rigid.row import PHASES
 
-FILE = "score-1.json"  # the number changes with the definitions of the score or of a hold
+VERSION = 2  # of the definitions of the score and of a hold
 RATE_HZ = 30.0
 MOST_SAMPLES = 36_000  # of one answer; longer runs have fewer a second
 
+_NO_SAMPLES = "the run has no samples."
 _DONE = PHASES.index("done")
 
 
 class RunScores:
     """Scores of runs of a rigid tool. Thread-safe.
 
-    A score is stored as a derived file by the hash of the run's steps, which never change; it is swept
-    once no run has them.
+    A score is stored as a derived file of the run's steps and goes with them; its name has a hash of all of the run's
+    files, which never change.
     """
 
     def __init__(self, store: Store, runs: RunService) -> None:
@@ -47,15 +48,15 @@ class RunScores:
         Raises NotFound, and InputError for a run that cannot be scored.
         """
         run = self._runs.get(run_id)
-        return self.known(run) or self._scores.get(_key(run), lambda: self._make(run))
+        return self.known(run) or self._scores.get(score_file(run), lambda: self._make(run))
 
     def known(self, run: StoredRun) -> dict[str, Any] | None:
         """The score where it was computed before. Never waits."""
         if TICKS not in run.files:
             return None
-        key = _key(run)
+        key = score_file(run)
         found = self._scores.peek(key)
-        path = None if found is not None else self._store.derived.path(key, FILE)
+        path = None if found is not None else self._store.derived.path(run.files[TICKS].sha256, key)
         if path is None:
             return found
         stored = _unsealed(path)
@@ -74,7 +75,9 @@ class RunScores:
             rate = min(RATE_HZ, MOST_SAMPLES / float(series.t[-1]))
             return json.dumps(plain_series(series.thinned(rate), run), allow_nan=False).encode()
 
-        return self._series.get(_key(run), make)
+        if TICKS not in run.files:
+            raise InputError(_NO_SAMPLES)
+        return self._series.get(run.id, make)
 
     def _make(self, run: StoredRun) -> dict[str, Any]:
         with self._runs.laid_out(run.id) as place:
@@ -86,7 +89,8 @@ class RunScores:
         score["holds"] = [hold.to_dict() for hold in holds_of(read, spec)]
         score = json.loads(json.dumps(score, allow_nan=False))  # as it is read again
         if self._store.writable:
-            self._store.derived.put(_key(run), FILE, lambda file: file.write(_sealed(score)))
+            sealed = _sealed(score)
+            self._store.derived.put(run.files[TICKS].sha256, score_file(run), lambda file: file.write(sealed))
         return dict(score)
 
 
@@ -119,10 +123,12 @@ def plain_series(series: RunSeries, run: StoredRun) -> dict[str, Any]:
     }
 
 
-def _key(run: StoredRun) -> str:
+def score_file(run: StoredRun) -> str:
+    """Name of the derived file of a run's score, by all of its files. Raises InputError for a run without steps."""
     if TICKS not in run.files:
-        raise InputError("the run has no samples.")
-    return run.files[TICKS].sha256
+        raise InputError(_NO_SAMPLES)
+    digest = hashlib.sha256("".join(f"{name}:{file.sha256};" for name, file in sorted(run.files.items())).encode())
+    return f"score-{VERSION}-{digest.hexdigest()[:32]}.json"
 
 
 def _sealed(score: dict[str, Any]) -> bytes:

@@ -29,7 +29,7 @@ from vfix_engine.errors import InputError, VfixError
 from vfix_engine.json_text import parse_json
 from vfix_engine.runtime.control_mode import run_mode
 from vfix_engine.runtime.run import END, EVENTS, MANIFEST, PART, SIDEWAYS, SPEC, TICKS
-from vfix_engine.worlds.registry import WORLDS
+from vfix_engine.worlds.registry import is_certified
 
 _LOG = logging.getLogger(__name__)
 
@@ -79,13 +79,19 @@ class StoredRun:
 
     @property
     def mode(self) -> str | None:
-        """'freehand', 'hands-on' or 'teleoperated', 'mixed' where it was changed on the way; None for a snake."""
-        return run_mode(self.manifest)
+        """'freehand', 'hands-on' or 'teleoperated', 'mixed' where it was changed on the way.
+
+        None for a snake, and for a run whose word does not fit its world: no reader drives or scores it.
+        """
+        try:
+            return run_mode(self.manifest)
+        except InputError:
+            return None
 
     @property
     def certified(self) -> bool:
-        """Whether every motion of its world is certified."""
-        return self.world in WORLDS and WORLDS[self.world].certified
+        """Whether every motion of it was certified: by its world and the columns of its rows."""
+        return is_certified(self.manifest)
 
     @property
     def whole(self) -> bool:

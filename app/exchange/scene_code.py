@@ -36,9 +36,9 @@ _IMPORTS = (
 class SceneUse:
     """What stands about the lines of a scene.
 
-    title: what the script sets up. imports: of the lines below. head: lines that define `tree`, the proximity tree of
-    the head. drive: lines that use `scene` and `settings`. known: expression for the same scene in the script, from
-    which what has no line of its own is taken, such as a tool from a file; None: there is none.
+    title: what the script sets up, of any characters. imports: of the lines below. head: lines that define `tree`, the
+    proximity tree of the head. drive: lines that use `scene` and `settings`. known: expression for the same scene in
+    the script, from which what has no line of its own is taken, such as a tool from a file; None: there is none.
     """
 
     title: str
@@ -63,7 +63,13 @@ def scene_code(use: SceneUse, scene: SceneSpec, settings: ControlSettings) -> st
     )
     other = sorted(wanted - {*plain, *app, *engine})
     imports = "\n\n".join("\n".join(group) for group in ([*other], plain, [*app, *engine]) if group)
-    return f'"""{use.title}. {NOTICE}."""\n\n{imports}\n\n{code}\n'
+    return f"{_docstring(f'{use.title}. {NOTICE}.')}\n\n{imports}\n\n{code}\n"
+
+
+def _docstring(text: str) -> str:
+    """A literal of a text in three double quotes. Names come with files of others, and none may end the literal."""
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return f'"""{"".join(one if one.isprintable() else ascii(one)[1:-1] for one in escaped)}"""'
 
 
 def _used(line: str, code: str) -> str:
@@ -158,8 +164,12 @@ def _from(known: str | None, part: str, what: str) -> str:
 
 
 def _text(value: Any) -> str:
-    """A text, or texts in a list or dict, in double quotes."""
-    return json.dumps(value, ensure_ascii=False)
+    """A text, or texts in a list or dict, in double quotes; every escape of JSON is one of Python."""
+    if isinstance(value, str):
+        return "".join(one if one.isprintable() else ascii(one)[1:-1] for one in json.dumps(value, ensure_ascii=False))
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{_text(key)}: {_text(one)}" for key, one in value.items()) + "}"
+    return "[" + ", ".join(_text(one) for one in value) + "]"
 
 
 def _numbers(value: Any) -> str:

@@ -58,7 +58,7 @@ test("a value over time is made once of each run, however many samples there are
 });
 
 test("pairs are plans driven in both modes, and have an interval from three on", () => {
-  const run = (/** @type {string} */ id, /** @type {string} */ mode, /** @type {string | null} */ plan, completed = true) => /** @type {any} */ ({ id, mode, plan_id: plan, score: { completed, certified: mode !== "freehand", time_s: 1, error_mm: 0.01, contacts: 0 } });
+  const run = (/** @type {string} */ id, /** @type {string} */ mode, /** @type {string | null} */ plan, completed = true) => /** @type {any} */ ({ id, mode, plan_id: plan, certified: mode !== "freehand", score: { completed, certified: mode !== "freehand", time_s: 1, error_mm: 0.01, contacts: 0 } });
   const runs = [run("a", "hands-on", "p"), run("b", "freehand", "p"), run("c", "freehand", "p"), run("d", "hands-on", "q"), run("e", "freehand", "q", false), run("f", "hands-on", null), run("g", "freehand", null)];
   assert.deepEqual(pairsOf(runs, "hands-on", "freehand").map((pair) => pair.map(({ id }) => id)), [["a", "b"]]);
   assert.equal(paired([1, 2]), null);
@@ -68,7 +68,7 @@ test("pairs are plans driven in both modes, and have an interval from three on",
   assert.deepEqual([signed(0.5, 1), signed(-0.5, 1), signed(0.01, 1)], ["+0.5", "−0.5", "0.0"]);
   assert.deepEqual(lastOf(runs, "freehand").map(({ id }) => id), ["g", "c", "b"]);
   assert.deepEqual(otherModes(runs, "hands-on"), [{ id: "b", name: "Freehand", uncertified: true, words: "1.0 s, 0.010 mm" }]);
-  assert.equal(isUncertified({ mode: "freehand", score: null }), true);
+  assert.equal(isUncertified({ certified: false }), true);
   assert.equal(isUncertified(runs[0]), false);
 });
 

@@ -13,6 +13,7 @@ from ..proximity.proximity import Proximity
 from ..robots import PlacedRobot, Tool
 from ..validate import real_array, several
 from ..virtual_fixtures import Fixture, Objective, StepState
+from ..virtual_fixtures.tip_limit import narrowed
 from ..virtual_fixtures.zones import Zone
 from . import qp
 from .context import ControlContext
@@ -33,7 +34,8 @@ class Controller:
 
     Args:
         tree: the anatomy, obstacle 0; zones: further obstacles, each with its own margin.
-        fixtures: active in every step; their rows are added to the task's, and each of them checks every motion.
+        fixtures: active in every step; their rows are added to the task's, and each of them checks every motion. Tubes
+            and envelopes are narrowed by what the settings compensate, as every margin grows by it.
         solver: of the QP; 'dual' is part of the compiled step, 'daqp' is called natively, others through qpsolvers.
 
     Raises:
@@ -70,7 +72,8 @@ class Controller:
     ):
         qp.check_solver(solver)
         self.robot, self.tool, self.settings, self.solver = robot, tool, settings, solver
-        self.tree, self.fixtures = tree, several("fixtures", fixtures)
+        self.tree, self._given = tree, several("fixtures", fixtures)
+        self.fixtures = narrowed(self._given, settings.deflection_mm)
         self.context = ControlContext(robot, tool, tree, settings, zones)
         self.zones = self.context.zones
 
@@ -80,7 +83,7 @@ class Controller:
         ``zones`` replaces all zones; None keeps them.
         """
         zones = self.zones if zones is None else zones
-        return Controller(self.robot, self.tool, tree, self.settings, self.solver, zones, self.fixtures)
+        return Controller(self.robot, self.tool, tree, self.settings, self.solver, zones, self._given)
 
     def start(self, q: Array) -> StepState:
         """Return the state at rest at q (n,). Raises StartRefused, see ``ControlContext.start``, also by a fixture."""

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array
+from ..errors import InputError
 
 BUTTON_STRAIGHTEN = 1  # bit of ``Command.buttons``
 NO_AXES = (0.0, 0.0, 0.0)
+_MOST_BUTTONS = 2.0**53  # beyond it a float has no lowest bit
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +86,9 @@ def command_to_row(command: Command, out: Array) -> None:
 
 
 def command_from_row(row: Array) -> Command:
-    """Return the command that ``command_to_row`` wrote."""
+    """Return the command that ``command_to_row`` wrote. Raises InputError for buttons that are no bit mask."""
+    if not (row[13] >= 0 and row[13] == np.floor(row[13]) and row[13] < _MOST_BUTTONS):
+        raise InputError(f"a recorded command has the buttons {float(row[13])!r}, which are no bit mask")
     master = Master(np.array(row[6:9]), bool(row[9])) if row[5] == POSITION else None
     x, y, insert = (float(value) for value in row[10:13])
     rate = bool(row[5] == RATE)

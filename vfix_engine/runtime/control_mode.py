@@ -53,7 +53,27 @@ def first_control(world: str) -> Control:
     return Control(_OF_WORLD.get(world, HANDS_ON))
 
 
+def checked_control(world: str, control: Control) -> Control:
+    """The control itself. Raises InputError where a world on a robot is driven in a free hand, or the other way."""
+    own = _OF_WORLD.get(world)
+    if own is not None and (own == FREEHAND) != (control.mode == FREEHAND):
+        raise InputError(f"the world '{world}' is not driven {control.mode}")
+    return control
+
+
 def run_mode(manifest: Mapping[str, Any]) -> str | None:
-    """Control mode of a run, or ``MIXED``; of a run before there were modes by its world, None where it has none."""
-    mode = manifest.get("mode", _OF_WORLD.get(str(manifest.get("world", ""))))
-    return None if mode is None else str(mode)
+    """Control mode of a run, or ``MIXED``; of a run before there were modes by its world, None where it has none.
+
+    Raises:
+        InputError: the manifest has another mode, or one that its world does not have.
+    """
+    world = str(manifest.get("world", ""))
+    own = _OF_WORLD.get(world)
+    mode = manifest.get("mode", own)
+    if mode is None:
+        return None
+    if mode not in (*MODES, MIXED):
+        raise InputError(f"the run's mode {mode!r:.40} is not one of {', '.join((*MODES, MIXED))}")
+    if own is not None and (own == FREEHAND) != (mode == FREEHAND):
+        raise InputError(f"the run's mode is {mode}, in which the world '{world}' is not driven")
+    return str(mode)

@@ -23,6 +23,9 @@ INPUT_BYTES = 1024
 SIX_ZEROS = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 STALE_S = 0.25  # after the last deflection heartbeats no longer sustain it: the device was unplugged
 
+_AT_REST = np.zeros(3)  # of a device that nobody deflects
+_AT_REST.setflags(write=False)
+
 Place = tuple[float, float, float]
 Six = tuple[float, float, float, float, float, float]
 
@@ -121,23 +124,30 @@ class Hand:
         self._led = np.zeros(3), np.zeros(3)  # places of grip and master up to where they have led
 
     def hear(self, news: HandInput, now: float) -> None:
-        """Receive a newer input state."""
+        """Receive a newer input state at ``now`` in s of the monotonic clock.
+
+        Only the newest one is heard: a hold that ended and began again since the last one is told by its number.
+        """
         before, self.input = self.input, news
         if news.moves != before.moves:
-            onwards = before.hand.active(now)
+            onwards = before.hand.active(now) and news.hand.number == before.hand.number
             self._coupling.move(np.array(news.grip), now, onwards)
             if not onwards:
                 self._pressed_at = self._coupling.at(now)
                 self._led = self._pressed_at, self._led[1]
         if news.leads != before.leads:
-            onwards = before.clutch and before.lead.active(now)
+            onwards = before.clutch and before.lead.active(now) and news.lead.number == before.lead.number
             self._master.move(np.array(news.master), now, onwards)
             if not onwards:
                 self._led = self._led[0], self._master.at(now)
 
     def choose(self, control: Control, now: float) -> None:
-        """Another mode or device at once: what is held goes on from where it is, without a jump."""
+        """Another mode or device at ``now`` in s: what is held goes on from where it is, without a jump."""
         self.control = control
+        self.go_on(now)
+
+    def go_on(self, now: float) -> None:
+        """After a time in which no command was asked for: what was moved meanwhile leads nothing."""
         self._pressed_at = self._coupling.at(now)
         self._led = self._coupling.at(now), self._master.at(now)
 
@@ -163,7 +173,7 @@ class Hand:
                 turns, pull = turns + grip.axes.T @ _turned(grip, pull), np.zeros(3)
             x, y = x + float(turns[1]), y - float(turns[0])
         axes = (x, y, insert) if stick or turns.any() else NO_AXES
-        force = pull + grip.cap * (grip.axes @ push)
+        force = pull if push is _AT_REST else pull + grip.cap * (grip.axes @ push)
         return Command(force, drive, twist + float(turns[2]), None, axes, hand.buttons if stick else 0)
 
     def _master_now(self, now: float) -> Master:
@@ -195,7 +205,10 @@ class Hand:
 
     def _deflection(self, now: float) -> tuple[Array, Array]:
         """Translations (3,) and rotations (3,) of a rate device."""
-        six = self.input.deflect.share(now) * np.array(self.input.rate)
+        share_now = self.input.deflect.share(now)
+        if not share_now:
+            return _AT_REST, _AT_REST
+        six = share_now * np.array(self.input.rate)
         return six[:3], six[3:]
 
 

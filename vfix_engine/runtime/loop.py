@@ -146,6 +146,8 @@ class ControlLoop:
         elif message == "end":
             self._open = False
         else:
+            if message == "run" and not self._running:
+                self._hand.go_on(time.monotonic())
             self._running = message == "run"
         self._publish(force=True)
 

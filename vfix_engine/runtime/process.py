@@ -24,7 +24,7 @@ from ..error_places import error_places
 from ..errors import ControlError, VfixError
 from ..validate import FARTHEST_MM
 from .background import NoWorker, WorkerLink, Workers, work
-from .control_mode import Control, first_control
+from .control_mode import Control, checked_control, first_control
 from .driver import Driver
 from .events import Event
 from .hand import INPUT_BYTES, Hand, HandInput, share
@@ -60,6 +60,9 @@ class ControlProcess(Generic[T]):
         real_time: use a real-time priority while the operator drives, if the system permits it.
         record: folder to which the whole run is written; None: no recording.
         control: mode and device at the start; None: those of the world. preset: name in the run's manifest.
+
+    Raises:
+        InputError: the world cannot be driven in that mode.
     """
 
     def __init__(
@@ -70,6 +73,8 @@ class ControlProcess(Generic[T]):
         control: Control | None = None,
         preset: str | None = None,
     ):
+        if control is not None:
+            checked_control(spec.world, control)
         self._lock = threading.Lock()
         self._starting = threading.Lock()  # acquired before _lock; start and close never run concurrently
         self._out, self._in = Mailbox.create(snapshot_bytes(spec.snapshot_numbers)), Mailbox.create(INPUT_BYTES)

@@ -11,11 +11,19 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError
+from .command import COMMAND_SIZE
 from .driver import Driver
 from .requests import Request
 from .run import Run, RunEvent
 from .system import SystemSpec
 from .versions import versions
+
+_LATER = "outside_link"  # columns of a snake's links came after the first runs, at the end; no other column did
+
+_CLOCKLESS = (
+    "rigid",
+    "freehand",
+)  # whose first column was steps · present period, before manifests had one
 
 S = TypeVar("S")
 
@@ -69,28 +77,34 @@ def replay(
         each: called after every step with its number from 0 and the driver; it must not change anything.
 
     Raises:
-        InputError: the run lost ticks, or its columns are not the system's. A run of an earlier version may lack
-            columns that were appended since; the others are compared.
+        InputError: the run lost ticks, has no ticks, or its columns are not the system's. A run of an earlier version
+            may lack columns that were appended since; the others are compared.
     """
     if run.lost:
         raise InputError(f"the run lost {run.lost} steps while it was recorded; it can be looked at, not replayed")
+    if not len(run.ticks):
+        raise InputError("the run has no steps that could be compared")
     system, rows = spec.build(), _Rows()
     system.prepare()
-    if list(run.columns) != list(system.row_layout)[: len(run.columns)]:
+    own, later = list(system.row_layout), list(system.row_layout)[len(run.columns) :]
+    if list(run.columns) != own[: len(run.columns)] or not all(one.name.startswith(_LATER) for one in later):
         raise InputError("the run has other columns than this version of the system; replay it with its own version")
     driver: Driver[Any] = Driver(system, log=rows)
+    of_before = "clock" not in run.manifest and run.manifest["world"] in _CLOCKLESS
     events, states = list(run.events), [driver.state]
     for index in range(len(run.ticks)):
         while events and events[0].at <= index:
             _again(driver, events.pop(0))
         state = driver.step(run.command(index))
+        if of_before:
+            rows.lines[-1][COMMAND_SIZE] = system.steps(state) * system.period_s(state)
         if keep_states:
             states.append(state)
         if each is not None:
             each(index, driver)
     for event in events:
         _again(driver, event)
-    lines = np.array(rows.lines).reshape(len(run.ticks), -1)
+    lines = np.array(rows.lines).reshape(len(run.ticks), COMMAND_SIZE + len(own))
     found = np.ascontiguousarray(lines[:, : run.ticks.shape[1]])
     differs = (found.view(np.uint64) != run.ticks.view(np.uint64)).any(axis=1)
     first = int(differs.argmax()) if differs.any() else None

@@ -2,12 +2,13 @@
 
 A folder NAME with
 
-- ``manifest.json``: schema, world, control mode, device and preset, spec, hashes, settings, seed, versions, columns
-  with units;
+- ``manifest.json``: schema, world, clock ('driven': ``t`` of a row goes on where the period changes; runs of before
+  have none, and the steps times the present period instead), control mode, device and preset, spec, hashes, settings,
+  seed, versions, columns with units;
 - ``spec.npz``: the spec's arrays;
 - ``ticks.f64``: for every step the applied command, then the system's row, float64, little-endian;
 - ``events.jsonl``: one event per line: a request or an adoption, and the number of ticks before it;
-- ``end.json``: number of ticks, their digest, and the number of lost ones;
+- ``end.json``: number of ticks, their digest, those of the files above, and the number of lost ticks;
 - ``sideways.f64``, of a rigid tool in a head with a CT: for every step the distance by which air leads round the
   tissue that the tool passes. It is computed from the rows after the drive; no replayed value depends on it.
 
@@ -28,19 +29,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
-from ..errors import InputError
+from ..errors import InputError, VfixError
 from .command import COMMAND_COLUMNS, COMMAND_SIZE, Command, command_from_row
-from .control_mode import MIXED, Control, first_labels, run_mode
+from .control_mode import MIXED, Control, checked_control, first_labels, run_mode
+from .manifest import SCHEMA, End, checked_end, checked_manifest
 from .plain import from_plain, to_plain
 from .requests import SetControl
 from .system import Column, SystemSpec
 from .versions import versions
 
-SCHEMA = "vfix-run/1"
 NOTICE = "Not for clinical use"
 PART = ".part"
 MANIFEST, SPEC, TICKS, EVENTS, END = "manifest.json", "spec.npz", "ticks.f64", "events.jsonl", "end.json"
 SIDEWAYS = "sideways.f64"
+CLOSED = (MANIFEST, SPEC, EVENTS)  # their digests are in the end, beside that of the ticks
 _BATCH = 1000  # ticks that a writer buffers
 
 
@@ -110,30 +112,24 @@ class Run:
         """
         folder = Path(folder)
         try:
-            manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+            manifest = checked_manifest(json.loads((folder / MANIFEST).read_text(encoding="utf-8")))
             with np.load(folder / SPEC, allow_pickle=False) as archive:
                 arrays = {name: archive[name] for name in archive.files}
             data = (folder / TICKS).read_bytes()
             lines = (folder / EVENTS).read_text(encoding="utf-8").splitlines(keepends=True)
-            end = folder / END
-            ended = dict(json.loads(end.read_text(encoding="utf-8"))) if end.exists() else None
+            end = _ended(folder, data)
             beside = folder / SIDEWAYS
             sideways = np.frombuffer(beside.read_bytes(), dtype="<f8") if beside.exists() else None
             events = tuple(_event(json.loads(line)) for line in lines if line.endswith("\n"))
-        except (OSError, ValueError, KeyError, TypeError, RecursionError, BadZipFile) as error:
+        except (OSError, ValueError, KeyError, TypeError, RecursionError, BadZipFile, VfixError) as error:
             raise InputError(f"'{folder.name}' is not a run that can be read: {error}") from error
-        if not isinstance(manifest, dict) or manifest.get("schema") != SCHEMA:
-            raise InputError(f"'{folder.name}' is no run of the schema {SCHEMA}")
-        width = len(manifest.get("columns", ()))
-        if width < COMMAND_SIZE:
-            raise InputError(f"'{folder.name}' is damaged: its manifest names {width} columns")
-        if ended is not None and hashlib.sha256(data).hexdigest() != ended.get("sha256"):
-            raise InputError(f"'{folder.name}' is damaged: its ticks are not those that were recorded")
+        width = len(manifest["columns"])
         ticks = np.frombuffer(data[: len(data) // (8 * width) * 8 * width], dtype="<f8").reshape(-1, width)
+        if end is not None and end.ticks not in (None, len(ticks)):
+            raise InputError(f"'{folder.name}' is damaged: it has {len(ticks)} of {end.ticks} ticks")
         if sideways is not None and len(sideways) != len(ticks):
             raise InputError(f"'{folder.name}' is damaged: {SIDEWAYS} has {len(sideways)} of {len(ticks)} values")
-        lost = 0 if ended is None else int(ended.get("lost", 0))
-        return cls(manifest, arrays, ticks, events, ended is not None, lost, sideways)
+        return cls(manifest, arrays, ticks, events, end is not None, 0 if end is None else end.lost, sideways)
 
 
 class RunWriter:
@@ -145,7 +141,7 @@ class RunWriter:
         control: mode and device; None: those of the spec's world. preset: its name, None for the default.
 
     Raises:
-        InputError: the folder exists.
+        InputError: the folder exists, or the world cannot be driven in that mode.
     """
 
     def __init__(
@@ -158,10 +154,10 @@ class RunWriter:
         preset: str | None = None,
     ):
         self._folder, self._part = folder, folder.with_name(folder.name + PART)
+        labels = first_labels(spec.world) if control is None else checked_control(spec.world, control).labels()
         if folder.exists() or self._part.exists():
             raise InputError(f"'{folder.name}' exists already; choose another name for the run")
         self._part.mkdir(parents=True)
-        labels = first_labels(spec.world) if control is None else control.labels()
         self._manifest = self._write_spec(spec, columns) | labels | {"preset": preset, "seed": seed}
         self._write_manifest()
         self._ticks = (self._part / TICKS).open("wb", buffering=0)
@@ -185,6 +181,7 @@ class RunWriter:
             "world": spec.world,
             "spec": values,
             "spec_not_written": not_written,
+            "clock": "driven",
             "hashes": {name: digest(array) for name, array in arrays.items()},
             "versions": versions(),
             "columns": [*COMMAND_COLUMNS, *columns],
@@ -223,6 +220,7 @@ class RunWriter:
     def event_at(self, at: int, kind: str, content: Any) -> None:
         """Write an event after ``at`` ticks."""
         if isinstance(content, SetControl):
+            checked_control(str(self._manifest["world"]), content.control)
             self._relabel(at, content.control)
         self._events.write(json.dumps({"at": at, "kind": kind, "content": to_plain(content)}) + "\n")
         self._events.flush()
@@ -245,7 +243,8 @@ class RunWriter:
         self.flush()
         self._ticks.close()
         self._events.close()
-        end = {"ticks": self._count, "sha256": self._digest.hexdigest(), "lost": lost}
+        files = {name: _sha256(self._part / name) for name in CLOSED}
+        end = {"ticks": self._count, "sha256": self._digest.hexdigest(), "lost": lost, "files": files}
         (self._part / END).write_text(json.dumps(end), encoding="utf-8")
         self._part.replace(self._folder)
 
@@ -254,6 +253,25 @@ def digest(array: NDArray[Any]) -> str:
     """SHA-256 of an array's dtype, shape and bytes."""
     head = f"{array.dtype.str}{array.shape}".encode()
     return hashlib.sha256(head + np.ascontiguousarray(array).tobytes()).hexdigest()
+
+
+def _ended(folder: Path, data: bytes) -> End | None:
+    """The end of a run whose ticks are ``data``; None of one that was interrupted. Raises InputError for another's."""
+    path = folder / END
+    if not path.exists():
+        return None
+    end = checked_end(json.loads(path.read_text(encoding="utf-8")))
+    if hashlib.sha256(data).hexdigest() != end.sha256:
+        raise InputError("it is damaged: its ticks are not those that were recorded")
+    for name, recorded in end.files.items():
+        if name in CLOSED and _sha256(folder / name) != recorded:
+            raise InputError(f"it is damaged: {name} is not what was recorded")
+    return end
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _event(line: dict[str, Any]) -> RunEvent:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol, Self
+from typing import Any, Protocol, Self, TypeVar
 
 from ..errors import InputError
 
@@ -42,6 +42,19 @@ class WorldSettings(Protocol):
     def from_dict(cls, data: dict[str, Any], /) -> Self:
         """Inverse of ``to_dict``. Raises InputError."""
         ...
+
+
+W = TypeVar("W", bound=WorldSettings)
+
+
+def checked_settings(settings: object, kind: type[W], whose: str) -> W:
+    """Settings of a request, equal to those that were sent, by their constructor: a recorded one was made without it.
+
+    whose: for messages, such as 'the rigid tool'. Raises InputError for another kind, or a value out of its range.
+    """
+    if not isinstance(settings, kind):
+        raise InputError(f"{whose} is driven with {kind.__name__}, not with {settings!r:.60}")
+    return kind.from_dict(settings.to_dict())
 
 
 @dataclass(frozen=True)

@@ -28,15 +28,18 @@ class Hold:
     """Dead man's switch of a grip, of keys or of axes: a press starts a hold, and only heartbeats sustain it.
 
     begun_at: time when the force began to rise from 0; beat_at: last heartbeat; released_at: ∞ before the release.
+    number: of the hold; a press after a release, or after heartbeats were missing, begins the next one.
     """
 
     begun_at: float = -math.inf
     beat_at: float = -math.inf
     released_at: float = math.inf
+    number: int = 0
 
     def press(self, now: float) -> Hold:
         """Press, or continue a hold; the force fraction rises from its present value."""
-        return Hold(now - RISE_S * self.share(now), now)
+        number = self.number if self.alive(now) else self.number + 1
+        return Hold(now - RISE_S * self.share(now), now, number=number)
 
     def beat(self, now: float) -> Hold:
         """Heartbeat; a hold that has timed out stays lost until the next press."""
@@ -79,7 +82,7 @@ class Glide:
         self._moved_at = 0.0
 
     def move(self, place: Array, now: float, onwards: bool) -> None:
-        """Move to (3,) in LPS mm: ``onwards`` linearly within ``INTERPOLATION_S``, otherwise at once.
+        """Move to (3,) in LPS mm at ``now`` in s: ``onwards`` linearly within ``INTERPOLATION_S``, otherwise at once.
 
         Implausible places are ignored (HAZ-05).
         """

@@ -80,6 +80,9 @@ class PathTube(TipLimit):
             "start nearer to the path, or make the tube wider"
         )
 
+    def _narrowed(self, by_mm: float) -> PathTube:
+        return PathTube(self.path, self.radius_mm - by_mm)
+
     def warm_up(self, state: StepState) -> None:
         """Load the kernels; nothing moves."""
         self._planes(state.tip.position, 0.1)

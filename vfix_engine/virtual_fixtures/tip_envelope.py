@@ -86,6 +86,17 @@ class TipEnvelope(TipLimit):
             tightened = min(tightened_mm(now, math.inf), 0.25 * self._size)
         return inside_rows("envelope", self.words, now, normals, reach - tightened)
 
+    def _narrowed(self, by_mm: float) -> TipEnvelope:
+        shape = self.shape
+        if isinstance(shape, Box):
+            return TipEnvelope(self.name, Box(shape.transform_box_to_patient, shape.half_size - by_mm))
+        if isinstance(shape, Sphere):
+            return TipEnvelope(self.name, Sphere(shape.centre, shape.radius - by_mm))
+        if isinstance(shape, CapsuleShape):
+            return TipEnvelope(self.name, CapsuleShape(shape.start, shape.end, shape.radius - by_mm))
+        assert isinstance(shape, HalfSpace)  # the constructor has refused others
+        return TipEnvelope(self.name, HalfSpace(shape.point - by_mm * shape.normal, shape.normal))
+
     @property
     def _size(self) -> float:
         """Radius, or smallest half size, in mm."""

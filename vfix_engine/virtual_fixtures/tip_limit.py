@@ -10,12 +10,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import replace
+from typing import NamedTuple, cast
 
 import numpy as np
 
 from ..arrays import Array
-from ..errors import StartRefused
+from ..errors import InputError, StartRefused
 from .fixture import Fixture, Rows, Situation
 from .rows import Constraint
 from .state import StepState
@@ -56,6 +57,25 @@ class TipLimit(ABC):
     def start_words(self, room: float) -> str:
         """Why a tip with so much room in mm, of which there is too little, cannot start, and what to do."""
 
+    def narrowed(self, by_mm: float) -> TipLimit:
+        """The limit that an undeflected tip keeps so that one which a hand deflects by up to ``by_mm`` keeps this one.
+
+        Raises:
+            InputError: it leaves no room, or is of a class that cannot be narrowed.
+        """
+        if not by_mm:
+            return self
+        try:
+            return self._narrowed(by_mm)
+        except InputError as error:
+            raise InputError(
+                f"{self.words} has no room for the deflection of {by_mm:g} mm under the force cap, which the robot "
+                f"compensates: make it wider, or lower the force cap or the compliance ({error})"
+            ) from None
+
+    def _narrowed(self, by_mm: float) -> TipLimit:
+        raise InputError(f"a {type(self).__name__} does not know how to be narrowed")
+
     def room(self, state: StepState) -> float:
         """Distance in mm from the tip to the limit's surface; negative outside."""
         return -self.look(state.tip.position).excess
@@ -75,6 +95,19 @@ def tip_limits(fixtures: Sequence[Fixture]) -> tuple[TipLimit, ...]:
     """The tubes and envelopes among fixtures, in their order, also those that have a weight."""
     inner = [one.fixture if isinstance(one, Weighted) else one for one in fixtures]
     return tuple(one for one in inner if isinstance(one, TipLimit))
+
+
+def narrowed(fixtures: Sequence[Fixture], by_mm: float) -> tuple[Fixture, ...]:
+    """Fixtures with their tubes and envelopes narrowed, see ``TipLimit.narrowed``. Raises InputError."""
+
+    def one(fixture: Fixture) -> Fixture:
+        if isinstance(fixture, Weighted):
+            return replace(fixture, fixture=one(fixture.fixture))
+        if isinstance(fixture, TipLimit):
+            return cast(Fixture, fixture.narrowed(by_mm))  # every limit has the rows of its kind
+        return fixture
+
+    return tuple(one(fixture) for fixture in fixtures) if by_mm else tuple(fixtures)
 
 
 def tightened_mm(now: Situation, size_mm: float, bend_mm: float = 0.0) -> float:

@@ -5,6 +5,7 @@ The one place that knows all of them. A world is loaded when it is asked for, it
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib import import_module
 from typing import Any, NamedTuple
 
@@ -19,12 +20,14 @@ class World(NamedTuple):
     """Module and name of a world's spec.
 
     certified: whether every motion in it is certified.
+    columns: names that the rows of every run of it have, and together no run of a world without the certificate.
     preparation: of the kernels that it needs.
     """
 
     module: str
     spec: str
     certified: bool
+    columns: frozenset[str]
     preparation: Preparation
 
     def load(self) -> type[SystemSpec]:
@@ -33,16 +36,18 @@ class World(NamedTuple):
         return found  # type: ignore[no-any-return]
 
 
-__all__ = ["RIGID", "SNAKE", "WORLDS", "World", "preparation_of", "prepare", "spec_of"]
+__all__ = ["RIGID", "SNAKE", "WORLDS", "World", "is_certified", "preparation_of", "prepare", "spec_of"]
 
 # One process, which yields to others: the page waits for the rigid tool's kernels only.
 SNAKE = Preparation("vfix_engine.worlds.snake.preparation", (("drive",),), "prepared-snake", 219, spare=True)
 
+_OF_ROBOT, _OF_HAND = frozenset(("q0", "v0", "share", "emergency")), frozenset(("push_x", "contacts", "depth"))
+_OF_SNAKE = frozenset(("q0", "tip_s", "beyond_bound"))
 WORLDS = {
-    "rigid": World("vfix_engine.worlds.rigid.spec", "RigidSpec", certified=True, preparation=RIGID),
-    "freehand": World("vfix_engine.worlds.freehand.spec", "FreehandSpec", certified=False, preparation=RIGID),
-    "snake": World("vfix_engine.worlds.snake", "SnakeSystemSpec", certified=True, preparation=SNAKE),
-    "snake drive": World("vfix_engine.worlds.snake", "DriveSpec", certified=True, preparation=SNAKE),
+    "rigid": World("vfix_engine.worlds.rigid.spec", "RigidSpec", True, _OF_ROBOT, RIGID),
+    "freehand": World("vfix_engine.worlds.freehand.spec", "FreehandSpec", False, _OF_HAND, RIGID),
+    "snake": World("vfix_engine.worlds.snake", "SnakeSystemSpec", True, _OF_SNAKE, SNAKE),
+    "snake drive": World("vfix_engine.worlds.snake", "DriveSpec", True, _OF_SNAKE, SNAKE),
 }
 
 
@@ -66,11 +71,34 @@ def spec_of(run: Run) -> SystemSpec:
     world = _world_of(run)
     if run.manifest["spec_not_written"]:
         raise InputError(f"the run does not hold its spec: {run.manifest['spec_not_written']}")
-    return world.load().from_parts(run.manifest["spec"], run.arrays)
+    try:
+        return world.load().from_parts(run.manifest["spec"], run.arrays)
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"the run's spec is damaged: {type(error).__name__} {error}") from error
+
+
+def is_certified(manifest: Mapping[str, Any]) -> bool:
+    """Whether every motion of a run was certified, by its manifest as it was written: the world it names, whose
+    certificate stands in no file, and the columns that only rows of that world have."""
+    world = WORLDS.get(str(manifest.get("world")))
+    return world is not None and world.certified and not _missing(world, manifest)
+
+
+def _missing(world: World, manifest: Mapping[str, Any]) -> list[str]:
+    """Columns of a world that a run's manifest does not name, and those of another world that it does."""
+    try:
+        names = {name for name, _ in manifest["columns"]}
+    except (KeyError, TypeError, ValueError):
+        return sorted(world.columns)
+    foreign = set() if world.columns == _OF_HAND else names & _OF_HAND
+    return sorted((world.columns - names) | foreign)
 
 
 def _world_of(run: Run) -> World:
     name = run.manifest["world"]
     if name not in WORLDS:
         raise InputError(f"the run is of the world '{name}'; known here are {', '.join(WORLDS)}")
-    return WORLDS[name]
+    world = WORLDS[name]
+    if _missing(world, run.manifest):
+        raise InputError(f"the run's columns are not those of the world '{name}', of which it says it is")
+    return world

@@ -17,6 +17,7 @@ from vfix_engine.geometry.path import SplinePath
 from vfix_engine.runtime.run import Run
 from vfix_engine.study.holds import RunHold, holds_of
 from vfix_engine.study.metrics import RunScore, score_run
+from vfix_engine.study.metrics.samples import samples_of
 from vfix_engine.study.metrics.score import Errors
 from vfix_engine.study.series import RunSeries, series_of
 from vfix_engine.virtual_fixtures.zones import ANATOMY
@@ -61,6 +62,12 @@ class RunToReport:
         return series_of(self.run, self.spec)
 
     @cached_property
+    def kept_mm(self) -> tuple[float, float]:
+        """Smallest and largest distance that the certificate kept to bone in its samples."""
+        kept = [one.kept_mm for one in samples_of(self.run, self.spec).settings]
+        return min(kept), max(kept)
+
+    @cached_property
     def holds(self) -> tuple[RunHold, ...]:
         return holds_of(self.run, self.spec)
 
@@ -70,7 +77,7 @@ class RunToReport:
         manifest = self.run.manifest
         more = [text for text in (manifest.get("preset"), manifest.get("device")) if text]
         certificate = () if self.score.certified else ("without the certificate",)
-        return ", ".join([self.run.mode or self.score.mode, *more, *certificate])
+        return ", ".join([self.score.mode or self.score.world, *more, *certificate])
 
 
 def report_html(runs: Sequence[RunToReport]) -> str:
@@ -122,6 +129,7 @@ def _scores(runs: Sequence[RunToReport]) -> tuple[ScoreRow, ...]:
         ScoreRow("Recorded", tuple(when or "–" for when in recorded)),
         ScoreRow("Task", tuple(_task(one) for one in runs)),
         ScoreRow("Completed", tuple(_completed(one) for one in runs)),
+        *_recording_row(scores),
         _row("Time, s", scores, lambda one: one.time_s, "{:.1f}"),
         *_error_rows("Path error", [one.path_error_mm for one in scores]),
         *_error_rows("Target error", [one.target_error_mm for one in scores]),
@@ -132,7 +140,7 @@ def _scores(runs: Sequence[RunToReport]) -> tuple[ScoreRow, ...]:
         *_clearance_rows(runs),
         ScoreRow(
             "Margin kept by the certificate, mm",
-            tuple(f"{one.spec.control.margin_mm:.2f}" if one.score.certified else "none" for one in runs),
+            tuple(_margin(one) if one.score.certified else "none" for one in runs),
             tuple(number for number, one in enumerate(scores) if not one.certified),
         ),
         _row("Held, s", scores, lambda one: one.held_s, "{:.1f}"),
@@ -141,6 +149,20 @@ def _scores(runs: Sequence[RunToReport]) -> tuple[ScoreRow, ...]:
         *_contact_rows(runs),
     ]
     return tuple(row for row in rows if any(value != "–" for value in row.values))
+
+
+def _recording_row(scores: Sequence[RunScore]) -> list[ScoreRow]:
+    """What runs lack, where any lacks something: what came after, or in between, is in no figure."""
+    values = ["whole" if one.whole else "interrupted" for one in scores]
+    told = [f"{one.lost} steps lost" if one.lost else value for one, value in zip(scores, values, strict=True)]
+    lacking = tuple(number for number, value in enumerate(told) if value != "whole")
+    return [ScoreRow("Recording", tuple(told), lacking)] if lacking else []
+
+
+def _margin(one: RunToReport) -> str:
+    """The margin that was kept, or the smallest and the largest where it was changed on the way."""
+    least, most = one.kept_mm
+    return f"{least:.2f}" if f"{least:.2f}" == f"{most:.2f}" else f"{least:.2f} – {most:.2f}"
 
 
 def _row(
@@ -203,7 +225,7 @@ def _contact_rows(runs: Sequence[RunToReport]) -> list[ScoreRow]:
 def _figures(runs: Sequence[RunToReport], shown: Sequence[ReportedRun]) -> list[tuple[str, str]]:
     along = all(np.isfinite(one.series.progress).any() for one in runs)
     across = "mm along the path, from the entry" if along else "s"
-    margins = {one.spec.control.margin_mm for one in runs if one.score.certified}
+    margins = [one.kept_mm[0] for one in runs if one.score.certified]
     reach = max(float(one.series.reach.max()) for one in runs)
     margin = (min(margins), "margin of the certificate") if margins else None
 

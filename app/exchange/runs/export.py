@@ -14,6 +14,8 @@ from app.extras import need_extra
 from vfix_engine.errors import InputError
 from vfix_engine.runtime.run import Run
 
+_BLOCK = 10_000  # rows
+
 Writer = Callable[[Run, str | None, Path], None]
 
 
@@ -47,10 +49,13 @@ def export_run(run: Run, path: Path, run_id: str | None = None) -> None:
     try:
         WRITERS[path.suffix.lower()](run, run_id, part)
         part.replace(path)
+        if _beside(part).exists():
+            _beside(part).replace(_beside(path))
     except OSError as error:
         raise InputError(f"the recording {path} cannot be written: {error.strerror or error}") from error
     finally:
         part.unlink(missing_ok=True)
+        _beside(part).unlink(missing_ok=True)
 
 
 def _write_csv(run: Run, run_id: str | None, path: Path) -> None:
@@ -59,9 +64,15 @@ def _write_csv(run: Run, run_id: str | None, path: Path) -> None:
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(table.headings)
-        writer.writerows(table.rows.tolist())
-    text = json.dumps(about(run, run_id), indent=1) + "\n"
-    path.with_name(f"{path.name.removesuffix('.part')}.about.json").write_text(text, encoding="utf-8")
+        for first in range(0, len(table.rows), _BLOCK):  # as Python's floats a long run would be gigabytes
+            writer.writerows(table.rows[first : first + _BLOCK].tolist())
+    _beside(path).write_text(json.dumps(about(run, run_id), indent=1) + "\n", encoding="utf-8")
+
+
+def _beside(path: Path) -> Path:
+    """What is written beside a file that has no place for it; of FILE.part FILE.about.json.part."""
+    name = path.name.removesuffix(".part")
+    return path.with_name(f"{name}.about.json{path.name.removeprefix(name)}")
 
 
 def _write_parquet(run: Run, run_id: str | None, path: Path) -> None:

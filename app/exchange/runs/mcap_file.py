@@ -33,9 +33,11 @@ from scipy.spatial.transform import Rotation
 
 from app.exchange.runs.table import RunTable, about, table_of
 from vfix_engine.arrays import Array
+from vfix_engine.control import ControlSettings
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.runtime.run import Run
 from vfix_engine.worlds.registry import spec_of
+from vfix_engine.worlds.rigid.recorded_settings import driven_s, settings_of
 from vfix_engine.worlds.rigid.spec import SceneSpec
 
 ROOT, TIP = "patient_lps", "tip"  # frames
@@ -109,10 +111,18 @@ def _with_imports(file: Any) -> list[FileDescriptorProto]:
 
 
 def driven_ns(run: Run) -> np.ndarray:
-    """(n,) driven time at each step in ns; the clock of a row begins again with every return to the start."""
-    t = run.column("t")
-    step = np.diff(t, prepend=0.0)
-    return np.asarray(np.rint(np.cumsum(np.where(step > 0.0, step, t)) * _NS), dtype=np.int64)
+    """(n,) driven time at each step in ns; the clock of a row begins again with every return to the start.
+
+    Raises InputError where the run does not hold its spec.
+    """
+    control = getattr(spec_of(run), "control", None)
+    if isinstance(control, ControlSettings):
+        time = driven_s([one.dt_s for one in settings_of(run, control)])
+    else:  # a snake's clock is its state's, whatever its period
+        t = run.column("t")
+        step = np.diff(t, prepend=0.0)
+        time = np.cumsum(np.where(step > 0.0, step, t))
+    return np.asarray(np.rint(time * _NS), dtype=np.int64)
 
 
 def _poses(run: Run, times: np.ndarray) -> dict[int, tuple[Array, Array]]:

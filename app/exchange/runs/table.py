@@ -13,10 +13,11 @@ from vfix_engine.arrays import Array
 from vfix_engine.runtime.command import COMMAND_SIZE
 from vfix_engine.runtime.run import Run
 from vfix_engine.runtime.system import Column
-from vfix_engine.worlds.registry import WORLDS
+from vfix_engine.worlds.registry import is_certified
 from vfix_engine.worlds.rigid.row import OUTCOMES, PHASES
 from vfix_engine.worlds.rigid.scene_parts import tool_from
 
+CERTIFIED_COLUMN = "certified"  # 1 in every row of a run in which every motion was certified, else 0
 NOTICE_COLUMN = "not_for_clinical_use"  # all ones, so that copies of the table have the notice
 UNCERTIFIED = "driven without the certificate: bone does not stop the tool"
 
@@ -37,7 +38,8 @@ class RunTable:
 def table_of(run: Run) -> RunTable:
     """All steps of a run: the command, whose columns begin with `command_`, then the system's row.
 
-    A rigid tool adds the radius of each part, `s0_r`; a head with a CT `sideways`; last the column of the notice.
+    A rigid tool adds the radius of each part, `s0_r`; a head with a CT `sideways`; last the columns of the certificate
+    and of the notice, which copies of the table keep.
     """
     command = [Column(f"command_{name}", unit) for name, unit in run.manifest["columns"][:COMMAND_SIZE]]
     columns, parts = [*command, *run.columns], [run.ticks]
@@ -47,8 +49,9 @@ def table_of(run: Run) -> RunTable:
     if run.sideways_mm is not None:
         columns.append(Column("sideways", "mm"))
         parts.append(run.sideways_mm[:, None])
-    columns.append(Column(NOTICE_COLUMN, ""))
-    parts.append(np.ones((len(run.ticks), 1)))
+    for name, value in ((CERTIFIED_COLUMN, float(is_certified(run.manifest))), (NOTICE_COLUMN, 1.0)):
+        columns.append(Column(name, ""))
+        parts.append(np.full((len(run.ticks), 1), value))
     return RunTable(tuple(columns), np.hstack(parts))
 
 
@@ -61,8 +64,7 @@ def radii_of(run: Run) -> Array:
 def about(run: Run, run_id: str | None) -> dict[str, Any]:
     """What an export says of itself. run_id: of a stored run."""
     manifest = run.manifest
-    world = WORLDS.get(manifest["world"])
-    certified = world is not None and world.certified
+    certified = is_certified(manifest)
     return {
         "notice": NOTICE,
         "frame": FRAME,

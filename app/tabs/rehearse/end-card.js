@@ -154,7 +154,7 @@ export class EndCard {
   result({ run, score, runs, teacher }) {
     const last = lastOf(runs, run.mode ?? ""), others = otherModes(runs, run.mode ?? "");
     return html`${titled(score.completed ? "Path completed" : "Run ended", null, html`
-      ${modeLine(run.mode, isUncertified(run) || !score.certified)}
+      ${modeLine(run.mode, isUncertified(run))}
       ${scoreFacts(score)}
       ${holdList(feltHolds(score), ({ t_s: at }) => openRun(this.connection, { run: run.id, at }))}
       ${learningPart(last, teacher, this.curve)}

@@ -43,7 +43,6 @@ export default class ReviewPanel {
     this.trouble = "";
     this.asked = 0; // counts requests: an answer to an earlier one is dropped
     this.shown = false;
-    this.storing = ""; // ids of the jobs that store a drive
     /** @type {Map<string, ScorePublic>} */
     this.scores = new Map();
     /** @type {Map<string, SeriesPublic>} */

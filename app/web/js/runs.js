@@ -77,11 +77,11 @@ export function modeWord(mode) {
 }
 
 /**
- * Whether a run was driven outside the certificate; of a run whose score is not known, by its mode.
- * @param {Pick<RunTitle, "mode" | "score">} run
+ * Whether a run was driven outside the certificate.
+ * @param {Pick<RunTitle, "certified">} run
  */
-export function isUncertified({ mode, score }) {
-  return score ? !score.certified : mode === "freehand";
+export function isUncertified({ certified }) {
+  return !certified;
 }
 
 /**

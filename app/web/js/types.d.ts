@@ -1663,6 +1663,7 @@ export interface TracedPublic {
  * A run; ticks: number of recorded steps, lost: number of steps that were not recorded.
  *
  * mode: 'freehand', 'hands-on' or 'teleoperated', 'mixed' where it was changed on the way, null for a snake.
+ * certified: every motion was certified, by the run's world and its rows.
  * whole is false, and ticks and lost are null, for an interrupted run.
  * pierced: what the tool pierced while it was driven; null where that was not measured.
  * score: null where nobody has asked for it yet, see `/runs/{run_id}/score`, and where there is none.
@@ -1675,6 +1676,7 @@ export interface RunTitle {
   origin: "page" | "command line" | "replay" | "study";
   world: string;
   mode: string | null;
+  certified: boolean;
   recorded: string;
   size_bytes: number;
   whole: boolean;
@@ -1728,12 +1730,16 @@ export interface RunFilePublic {
  * The score of a run, see docs/metrics.md; lengths in mm, angles in degrees, times in s.
  *
  * completed: the path was followed to its end. reach_mm: least distance at which a clearance is cut.
- * holds: in the order of time.
+ * whole: it was recorded to its end; lost: number of steps that were not recorded. led_by: shares of the samples by
+ * hand, position of a master, and rate of a device. holds: in the order of time.
  */
 export interface ScorePublic {
   world: string;
-  mode: string;
+  mode: string | null;
   certified: boolean;
+  whole: boolean;
+  lost: number;
+  led_by: Record<string, number>;
   completed: boolean;
   samples: number;
   time_s: number;

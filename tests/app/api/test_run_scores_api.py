@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import tarfile
 from collections.abc import Iterator
@@ -13,7 +14,7 @@ import pytest
 from rest_client import Client, opened_client
 
 from app.api.run_scores import report_name
-from app.drives.run_scores import FILE, RunScores
+from app.drives.run_scores import RunScores, score_file
 from app.services import Services, build_services
 from app.settings import Settings
 from vfix_engine.runtime.run import Run
@@ -39,15 +40,16 @@ def test_a_run_is_scored_once_and_its_series_are_downloaded(services: Services) 
     runs = {one["world"]: one for one in client.get("/api/v1/runs").json()}
     rigid, snake = runs["rigid"], runs["snake"]
     assert (rigid["mode"], rigid["score"]) == ("hands-on", None), "nobody has asked yet"
+    assert (rigid["certified"], snake["certified"]) == (True, True)
     path = f"/api/v1/runs/{rigid['id']}"
 
     score = client.get(f"{path}/score").json()
     with services.runs.laid_out(rigid["id"]) as place:
         run = Run.read(place)
     expected = score_run(run).to_dict()
-    assert {key: score[key] for key in ("samples", "time_s", "contacts", "held_s")} == {
-        key: expected[key] for key in ("samples", "time_s", "contacts", "held_s")
-    }
+    same = ("samples", "time_s", "contacts", "held_s", "mode", "certified", "whole", "lost", "led_by")
+    assert {key: score[key] for key in same} == {key: expected[key] for key in same}
+    assert (score["whole"], score["lost"], score["led_by"]) == (True, 0, {"hand": 1.0, "position": 0.0, "rate": 0.0})
     assert score["holds"] == [{**one.to_dict(), "place": list(one.place)} for one in holds_of(run)]
     short = next(one["score"] for one in client.get("/api/v1/runs").json() if one["id"] == rigid["id"])
     assert short["time_s"] == score["time_s"]
@@ -92,7 +94,8 @@ def test_a_run_is_scored_once_and_its_series_are_downloaded(services: Services) 
 
     key = rigid["files"]["ticks.f64"]["sha256"]
     services.sweep()
-    kept = services.store.derived.path(key, FILE)
+    file = score_file(services.runs.get(rigid["id"]))
+    kept = services.store.derived.path(key, file)
     assert kept is not None
     changed = kept.read_text(encoding="utf-8").replace('"contacts": 0', '"contacts": "none"')
     for damage in ("{", "[]", "{}", '"x"', "null", '{"score": {}, "sha256": ""}', changed):
@@ -103,5 +106,33 @@ def test_a_run_is_scored_once_and_its_series_are_downloaded(services: Services) 
     for run_id in (rigid["id"], again.id):
         assert client.delete(f"/api/v1/runs/{run_id}").status_code == 204
     services.sweep()
-    assert services.store.derived.path(key, FILE) is None
+    assert services.store.derived.path(key, file) is None
+    client.close()
+
+
+def test_two_runs_of_the_same_steps_have_their_own_series_and_scores(services: Services) -> None:
+    """A scripted drive that is repeated, once after a structure was renamed: steps are equal, the rest is not."""
+    client: Client = opened_client(services)
+    rigid = next(one for one in services.runs.list() if one.world == "rigid")
+    kept = []
+    for renamed in (None, "renamed"):
+        with services.runs.laid_out(rigid.id) as place:
+            folder = services.runs.new_folder()
+            shutil.copytree(place, folder)
+        if renamed is not None:
+            manifest = json.loads((folder / "manifest.json").read_text())
+            manifest["spec"]["zones"][0]["name"] = renamed
+            (folder / "manifest.json").write_text(json.dumps(manifest))
+        kept.append(services.runs.keep(folder, origin="study"))
+    first = rigid.manifest["spec"]["zones"][0]["name"]
+    assert len({one.files["ticks.f64"].sha256 for one in (rigid, *kept)}) == 1
+    for one, name in zip((rigid, *kept), (first, first, "renamed"), strict=True):
+        series = client.get(f"/api/v1/runs/{one.id}/series").json()
+        assert series["run"] == one.id
+        assert name in series["structures"]
+        score = client.get(f"/api/v1/runs/{one.id}/score").json()
+        assert name in score["least_clearance_mm"]
+    again = RunScores(services.store, services.runs)
+    assert "renamed" in again.of(kept[1].id)["least_clearance_mm"]
+    assert "renamed" not in again.of(rigid.id)["least_clearance_mm"]
     client.close()

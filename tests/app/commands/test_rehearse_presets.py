@@ -9,9 +9,11 @@ import pytest
 import trimesh
 
 from app.cli import main
+from app.commands.rehearse_freehand import NO_PRESET
 from app.services import build_services
 from app.settings import Settings
 from tests.engine.scenes import curved_tube
+from vfix_engine.control import ControlSettings
 
 
 @pytest.fixture
@@ -54,7 +56,7 @@ def test_a_preset_drives_and_says_what_is_printed_and_what_is_not(
         (["--mode", "teleoperated"], ("teleoperated", "position", None)),
         (["--mode", "teleoperated", "--preset", "li2007"], ("teleoperated", "position", "li2007")),
         (["--mode", "teleoperated", "--device", "rate", "--preset", "li2004"], ("teleoperated", "rate", "li2004")),
-        (["--mode", "freehand", "--preset", "li2004", "--steady"], ("freehand", None, "li2004")),
+        (["--mode", "freehand", "--preset", "li2004", "--steady"], ("freehand", None, None)),
     ],
 )
 def test_every_mode_arrives_with_a_preset_and_says_what_it_is(
@@ -69,11 +71,19 @@ def test_every_mode_arrives_with_a_preset_and_says_what_it_is(
     assert (report["mode"], report["device"], report["preset"]) == labels
     assert report["certified"] == (labels[0] != "freehand")
     assert report["time_s"] > 1.0
-    assert ("printed" in report) == (labels[2] is not None and report["certified"])
+    assert ("printed" in report) == (labels[2] is not None)
     if report["certified"]:
         assert report["tip_error_mm"]["mean"] <= 0.02
     run = build_services(Settings.from_environment()).runs.get(report["run"])
     assert (run.mode, run.manifest["device"], run.manifest["preset"]) == labels
+    own = run.manifest["spec"]["settings"]
+    if labels[0] == "freehand":
+        own_default = ControlSettings()
+        assert (own["gain_mm_per_s_per_n"], own["view_distance_mm"]) == (
+            own_default.gain_mm_per_s_per_n,
+            own_default.view_distance_mm,
+        )
+        assert NO_PRESET in report["notes"]
 
 
 def test_a_device_is_of_a_teleoperated_drive(tube: list[str], capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,11 +13,12 @@ import pytest
 
 from app.cli import main
 from app.exchange.run_report.figures import BOTTOM, HEIGHT, TOP, Axes, PlottedLine, figure, ticks
-from app.exchange.run_report.report import MOST_RUNS, RunToReport, speed_of
+from app.exchange.run_report.report import MOST_RUNS, RunToReport, report_html, speed_of
 from tests.engine.scenes import straight_scene, wall
 from vfix_engine.control import ControlSettings
 from vfix_engine.runtime import Command
 from vfix_engine.runtime.driver import Driver
+from vfix_engine.runtime.requests import SetSettings
 from vfix_engine.runtime.run import Run, RunWriter
 from vfix_engine.worlds.freehand.spec import FreehandSpec
 from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
@@ -98,6 +99,28 @@ def test_runs_are_compared_on_one_page_without_the_network(
     single = file.read_text(encoding="utf-8")
     assert "Driven by a free hand: bone does not stop the tool." in single
     assert f'<dt>Contacts</dt><dd><b class="caution">{free.score.contacts}</b>' in single
+
+
+def test_the_margin_is_what_was_kept_and_a_recording_that_lacks_something_is_told(
+    folders: tuple[Path, Path], tmp_path: Path
+) -> None:
+    """The first settings of a drive say neither what was set later, nor what is added for the surface."""
+    spec = RigidSpec(SceneSpec.of(straight_scene(wall(4.0))), ControlSettings(dt_s=0.005, surface_error_mm=0.1))
+    system = spec.build()
+    writer = RunWriter(tmp_path / "one", spec, system.row_layout)
+    driver = Driver(system, log=writer)
+    driver.step(Command(np.zeros(3)))
+    driver.apply(SetSettings(replace(spec.control, margin_mm=0.1)))
+    driver.step(Command(np.zeros(3)))
+    writer.abandon()
+    cut, whole = Run.read(tmp_path / "one.part"), Run.read(folders[0])
+    page = Page(report_html([RunToReport(cut, "cut"), RunToReport(whole, "whole")]))
+    rows = {row[0]: row[1:] for row in page.rows if row}
+    assert rows["Margin kept by the certificate, mm"] == ["0.20 – 0.40", "0.30"]
+    assert rows["Recording"] == ["interrupted", "whole"]
+    holey = RunToReport(replace(whole, lost=3), "holey")
+    assert "3 steps lost" in report_html([holey])
+    assert "Recording" not in report_html([RunToReport(whole, "whole")])
 
 
 def test_a_curve_is_drawn_where_its_values_are() -> None:

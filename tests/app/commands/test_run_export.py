@@ -19,9 +19,17 @@ from scipy.spatial.transform import Rotation
 
 from app.cli import main
 from app.exchange.runs import export
+from app.exchange.runs.export import export_run
 from app.services import build_services
 from app.settings import Settings
-from vfix_engine.runtime.run import Run
+from tests.engine.scenes import straight_scene, wall
+from vfix_engine.control import ControlSettings
+from vfix_engine.errors import InputError
+from vfix_engine.runtime.command import Command
+from vfix_engine.runtime.driver import Driver
+from vfix_engine.runtime.run import Run, RunWriter
+from vfix_engine.worlds.freehand.spec import FreehandSpec
+from vfix_engine.worlds.rigid.spec import SceneSpec
 
 WORLDS = ("rigid", "snake", "snake drive")
 
@@ -58,7 +66,8 @@ def test_a_table_holds_the_run_bit_by_bit(
     assert {"t [s]", "tip_x [mm]", "command_force_x [N]"} <= set(heading)
     assert from_csv[:, :width].tobytes() == run.ticks.tobytes()
     assert np.column_stack([column.to_numpy() for column in table.columns]).tobytes() == from_csv.tobytes()
-    assert (from_csv[:, heading.index("not_for_clinical_use")] == 1.0).all()
+    assert heading[-2:] == ["certified", "not_for_clinical_use"]
+    assert (from_csv[:, -2:] == 1.0).all()
     about = json.loads((tmp_path / "run.csv.about.json").read_text())
     metadata = {key.decode(): value.decode() for key, value in table.schema.metadata.items()}
     assert (about["notice"], about["frame"], about["run"]) == ("Not for clinical use", "LPS", old_runs[world])
@@ -71,6 +80,42 @@ def test_a_table_holds_the_run_bit_by_bit(
         assert about["mode"] == "hands-on"
         assert about["certified"] is True
         assert about["certificate"] == "every motion was certified"
+
+
+def test_a_table_of_a_free_hand_says_so_in_every_row(tmp_path: Path) -> None:
+    """HAZ-41: the file beside a table is lost in a copy of the table."""
+    spec = FreehandSpec(SceneSpec.of(straight_scene(wall(4.0))), ControlSettings(dt_s=0.02))
+    system = spec.build()
+    writer = RunWriter(tmp_path / "one", spec, system.row_layout)
+    driver = Driver(system, log=writer)
+    for _ in range(3):
+        driver.step(Command(np.array([0.3, 6.0, 0.0])))
+    writer.close()
+    export_run(Run.read(tmp_path / "one"), tmp_path / "one.csv")
+    with (tmp_path / "one.csv").open(newline="") as lines:
+        rows = list(csv.DictReader(lines))
+    assert [(row["certified"], row["not_for_clinical_use"]) for row in rows] == [("0.0", "1.0")] * 3
+
+
+def test_an_export_that_fails_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    spec = FreehandSpec(SceneSpec.of(straight_scene(wall(4.0))), ControlSettings(dt_s=0.02))
+    system = spec.build()
+    writer = RunWriter(tmp_path / "one", spec, system.row_layout)
+    Driver(system, log=writer).step(Command(np.zeros(3)))
+    writer.close()
+    for name in ("one.csv", "one.csv.about.json"):
+        (tmp_path / name).write_text("of before")
+
+    def full(self: Path, target: Path) -> Path:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "replace", full)
+    with pytest.raises(InputError, match="No space left"):
+        export_run(Run.read(tmp_path / "one"), tmp_path / "one.csv")
+    assert {one.name: one.read_text() for one in tmp_path.glob("one.*")} == {
+        "one.csv": "of before",
+        "one.csv.about.json": "of before",
+    }
 
 
 def messages(file: Path) -> Iterator[tuple[str, str, int, Any]]:

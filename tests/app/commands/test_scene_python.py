@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,14 +12,16 @@ import numpy as np
 import pytest
 
 from app.cli import main
+from app.exchange.scene_code import SceneUse, scene_code
 from app.services import build_services
 from app.settings import Settings
 from tests.engine.scenes import straight_scene, wall
 from vfix_engine.control import ControlSettings
+from vfix_engine.geometry.shapes import Sphere
 from vfix_engine.runtime import Command
 from vfix_engine.runtime.driver import Driver
 from vfix_engine.runtime.run import RunWriter
-from vfix_engine.virtual_fixtures import SoftZone
+from vfix_engine.virtual_fixtures import SoftZone, Zone
 from vfix_engine.worlds.freehand.spec import FreehandSpec
 from vfix_engine.worlds.rigid.spec import SceneSpec
 
@@ -84,6 +88,45 @@ def test_the_script_of_a_folder_of_a_free_hand_replays_it(tmp_path: Path, capsys
     own = executed(text)
     assert own["again"].same
     assert "17.5" in text
+
+
+HOSTILE = (
+    'a""" ; print("run") #',
+    "x\\",
+    'y"',
+    "two\nimport os",
+    "''' + str() #",
+    "\u202e \x00 \ud800",
+    'é "" \\N{DASH}',
+)
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_no_name_becomes_a_statement_of_the_script(name: str) -> None:
+    """Names come with plans, archives and runs of others."""
+    scene = replace(SceneSpec.of(straight_scene(wall(4.0))), structure_names={name: name})
+    zone = Zone("nerve", Sphere((0.0, 0.0, 50.0), 1.0), margin_mm=0.5)
+    object.__setattr__(zone, "name", name)
+    scene = replace(scene, zones=(zone,), targets=np.zeros((1, 3)), target_names=(name,))
+    text = scene_code(SceneUse(name, (), ("tree = None",), ()), scene, ControlSettings())
+    text.encode()
+    tree = ast.parse(text)
+    assert ast.get_docstring(tree, clean=False) == f"{name}. Not for clinical use."
+    kinds = {type(one) for one in tree.body[1:]}
+    assert kinds == {ast.Import, ast.ImportFrom, ast.Assign}
+    assert {one.names[0].name for one in tree.body if isinstance(one, ast.Import)} == {"numpy"}
+    literals = [one.value for one in ast.walk(tree) if isinstance(one, ast.Constant)]
+    assert literals.count(name) == 4, "zone, target, and structure with its name"
+
+
+def test_a_run_of_a_mode_that_there_is_not_has_no_script(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    spec = FreehandSpec(SceneSpec.of(straight_scene(wall(4.0))), ControlSettings(dt_s=0.02), 17.5)
+    RunWriter(tmp_path / "one", spec, spec.build().row_layout).close()
+    (tmp_path / "one" / "end.json").unlink()  # it has the manifest's digest
+    manifest = json.loads((tmp_path / "one" / "manifest.json").read_text())
+    (tmp_path / "one" / "manifest.json").write_text(json.dumps(manifest | {"mode": 'x"""\nimport os'}))
+    assert main(["run", "python", str(tmp_path / "one")]) == 2
+    assert "is not one of" in capsys.readouterr().err
 
 
 def test_a_plan_with_a_part_that_has_no_line_is_refused(

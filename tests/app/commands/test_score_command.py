@@ -31,7 +31,13 @@ def test_runs_of_before_are_scored_by_id_and_by_folder(
     assert (own["world"], own["mode"], own["certified"], own["contacts"]) == ("rigid", "hands-on", True, 0)
     assert own["samples"] == 100, "of 750: the drive returned to its start"
     assert main(["score", old_runs["rigid"]]) == 0
-    assert "least_clearance_mm" in capsys.readouterr().out
+    assert "least_clearance_mm" in (text := capsys.readouterr().out)
+    assert "Interrupted" not in text
+    (folder / "end.json").unlink()
+    assert main(["score", str(folder)]) == 0
+    assert "Interrupted: what came after the recording is in no figure." in capsys.readouterr().out
+    assert main(["score", str(folder), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["runs"][0]["whole"] is False
 
 
 def test_what_cannot_be_scored_ends_the_command(old_runs: dict[str, str], capsys: pytest.CaptureFixture[str]) -> None:

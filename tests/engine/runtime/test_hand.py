@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from vfix_engine.runtime import Command, Control, Grip
 from vfix_engine.runtime.hand import INPUT_BYTES, STALE_S, Hand, HandInput, Six
+from vfix_engine.runtime.loop import ControlLoop
 from vfix_engine.runtime.virtual_coupling import GONE_S
 
 AXES = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])  # of a device: its x is the patient's y, and so on
@@ -152,6 +155,51 @@ def test_a_change_of_mode_makes_no_jump() -> None:
     assert not device.run(0.1)[-1].force.any(), "the handle's rest is where it was at the change"
     device.hand.choose(Control("hands-on"), device.now)
     np.testing.assert_allclose(device.run(0.1)[-1].force, [5.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("channel", ["master", "grip"])
+def test_a_hold_that_ended_and_began_again_between_two_reads_leads_nothing(channel: str) -> None:
+    """The mailbox has the newest state alone: an open clutch, or a grip let go, is told by the number of the hold."""
+
+    def press(hand: HandInput, y: float, now: float) -> HandInput:
+        return hand.led((0.0, y, 0.0), True, now) if channel == "master" else _pressed(hand, y, now)
+
+    device = Device(Control("teleoperated"))
+    device.hear(lambda hand, now: press(hand, 0.0, now))
+    device.run(0.2)
+    device.hear(lambda hand, now: press(hand.released(now), 40.0, now + 0.001))
+    assert np.abs(total(device.run(0.2))).max() == 0.0
+    device.hear(lambda hand, now: press(hand, 41.0, now))
+    assert total(device.run(0.2))[1] == pytest.approx(1.0), "the same hold leads"
+
+
+def test_what_a_master_moved_during_a_pause_leads_nothing() -> None:
+    """While it is paused the loop asks for no command; it goes on from where the master is then."""
+    device = Device(Control("teleoperated"))
+    led(device, np.array([0.0, 1.0, 0.0]), 0.3)
+    for _ in range(20):  # a pause: heard, but nothing asked for
+        device.now += 0.016
+        device.hear(lambda hand, now: hand.led((0.0, 1.0 + 1.5 * (now - 10.3), 0.0), True, now))
+    device.now += 0.06
+    device.hear(HandInput.beaten)
+    device.hand.go_on(device.now)
+    assert np.abs(total(device.run(0.1))).max() == 0.0
+    assert total(led(device, np.array([0.0, 2.0, 0.0]), 0.3) + device.run(0.1))[1] == pytest.approx(2.0, abs=0.1)
+
+
+def test_the_loop_goes_on_from_where_the_hand_is() -> None:
+    went: list[float] = []
+    loop = object.__new__(ControlLoop)
+    loop._running = False
+    loop._hand = SimpleNamespace(go_on=went.append)  # type: ignore[assignment]
+    loop._publish = lambda force: None  # type: ignore[assignment, method-assign, misc]
+    for message, count in (("run", 1), ("run", 1), ("pause", 1), ("run", 2)):
+        loop._do(message)
+        assert len(went) == count, message
+
+
+def _pressed(hand: HandInput, y: float, now: float) -> HandInput:
+    return replace(hand, grip=(0.0, y, 0.0), moves=hand.moves + 1, hand=hand.hand.press(now))
 
 
 def test_keys_drive_in_every_mode() -> None:

@@ -20,6 +20,7 @@ from vfix_engine.errors import InputError
 from vfix_engine.registration import register_points
 from vfix_engine.robots import Tool
 from vfix_engine.runtime.command import Command, Master
+from vfix_engine.runtime.control_mode import Control, ControlMode
 from vfix_engine.runtime.driver import Driver
 from vfix_engine.runtime.requests import SetTask
 from vfix_engine.runtime.run import Run, RunWriter
@@ -73,13 +74,13 @@ class Drive:
         return np.array([one.tip for one in self.snapshots])
 
 
-def drive(folder: Path, mode: str, compensated: float = 0.0) -> Drive:
+def drive(folder: Path, mode: ControlMode, compensated: float = 0.0) -> Drive:
     base = np.eye(4)
     base[:3, 3] = -Tool.load("bent_30").tip_in_flange
     scene = SceneSpec(MESH.vertices, MESH.faces, "steady_hand", "bent_30", base, np.zeros(7), POINTS)
     spec = RigidSpec(scene, replace(SETTINGS, compliance_mm_per_n=compensated))
     system = spec.build()
-    writer = RunWriter(folder / mode, spec, system.row_layout)
+    writer = RunWriter(folder / mode, spec, system.row_layout, control=Control(mode))
     driver = Driver(system, log=writer)
     found = Drive(Run({}, {}, np.zeros((0, 14)), (), True, 0), system.scene)
     for i in range(250):

@@ -19,8 +19,11 @@ from vfix_engine.errors import InputError, StartRefused
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.geometry.shape_distance import signed_distance
 from vfix_engine.geometry.shapes import Box, CapsuleShape, HalfSpace, Shape, Sphere
+from vfix_engine.runtime import Command, SetSettings
 from vfix_engine.virtual_fixtures import PathTube, StepState, TipEnvelope
-from vfix_engine.virtual_fixtures.tip_limit import RESERVE_MM
+from vfix_engine.virtual_fixtures.tip_limit import RESERVE_MM, tip_limits
+from vfix_engine.virtual_fixtures.weighted import weighted
+from vfix_engine.worlds.rigid.system import RigidSystem
 
 LINE = np.array([[0.0, 0.0, 0.0], [0.0, 8.0, 0.0], [3.0, 14.0, 2.0], [8.0, 16.0, 4.0], [10.0, 22.0, 2.0]])
 TUBE = PathTube(SplinePath(LINE), 1.0)
@@ -223,3 +226,52 @@ def test_two_legs_of_one_path_lie_in_one_tube() -> None:
         state = controller.step(state, MoveFreely(), HandCommand(np.array([1.5, 0.6, 0.0]))).state
     assert state.tip.position[0] > 1.9  # beyond the other leg
     assert tube.room(state) > 0.0
+
+
+@pytest.mark.parametrize("shape", [None, *SHAPES])
+def test_a_narrowed_limit_holds_every_deflected_tip(shape: Shape | None) -> None:
+    """What is inside it is, moved by as much in any direction, inside the limit itself."""
+    by, random = 0.4, np.random.default_rng(7)
+    limit = TUBE if shape is None else TipEnvelope("room", shape)
+    narrow = limit.narrowed(by)
+    places = random.uniform((-4, -4, -4), (12, 24, 6), (3000, 3))
+    inside = [place for place in places if narrow.look(place).excess <= 0.0]
+    assert len(inside) > 20
+    for place in inside:
+        away = random.normal(size=3)
+        assert limit.look(place + by * away / np.linalg.norm(away)).excess <= 1e-9
+        assert limit.room(tip_at(place)) >= by - 1e-9
+    assert limit.narrowed(0.0) is limit
+    if not isinstance(shape, HalfSpace):
+        with pytest.raises(InputError, match="no room for the deflection of 5 mm"):
+            limit.narrowed(5.0)
+
+
+@pytest.mark.parametrize("kind", ["tube", "ball", "box"])
+def test_the_tip_that_a_hand_deflects_stays_inside(kind: str) -> None:
+    """The deflection C f is known, as every margin of bone knows it: 1 mm under the force cap."""
+    scene, settings = straight_scene(wall(200.0), LINE), ControlSettings(compliance_mm_per_n=0.2, threshold_mm=10.0)
+    shapes: dict[str, PathTube | TipEnvelope] = {
+        "tube": PathTube(SplinePath(LINE), 2.0),
+        "ball": TipEnvelope("room", Sphere(LINE[0], 2.0)),
+        "box": TipEnvelope("room", Box(np.eye(4), (2.0, 2.0, 2.0))),
+    }
+    limit = weighted(shapes[kind], 0.5)
+    system = RigidSystem(replace(scene, fixtures=(limit,)), settings)
+    with_anatomy = system.controller.with_anatomy(scene.tree)
+    assert tip_limits(with_anatomy.fixtures)[0].room(system.start("free").tool) == pytest.approx(1.0, abs=1e-6)
+    state, row, worst = system.start("free"), np.zeros(len(system.row_layout)), 1e9
+    place = [column.name for column in system.row_layout].index("room0")
+    for _ in range(900):
+        state = system.step(state, Command(np.array([5.0, 0.0, 0.0])))
+        assert state.last is not None
+        tip = state.tool.tip.position + settings.compliance_mm_per_n * state.last.force
+        worst = min(worst, -shapes[kind].look(tip).excess)
+        system.row(state, row)
+        assert row[place] == shapes[kind].room(state.tool) - settings.deflection_mm
+    assert 0.0 <= worst < 0.1, "it is held there"
+    stiff = RigidSystem(replace(scene, fixtures=(limit,)), replace(settings, compliance_mm_per_n=0.0))
+    soft = SetSettings(replace(settings, compliance_mm_per_n=0.5))
+    with pytest.raises(InputError, match="no room for the deflection"):
+        stiff.apply(stiff.start("free"), soft)
+    assert stiff.step(stiff.start("free"), Command(np.zeros(3))).settings.compliance_mm_per_n == 0.0

@@ -11,11 +11,13 @@ from ...control import ControlSettings
 from ...errors import InputError
 from ...geometry.path import SplinePath
 from ...robots import Tool
-from ...runtime.requests import Reset, SetSettings
+from ...runtime.control_mode import FREEHAND
+from ...runtime.requests import Reset
 from ...runtime.run import Run
 from ...runtime.system import SystemSpec
 from ...virtual_fixtures.zones import ANATOMY, ordered
-from ...worlds.rigid.row import PHASES
+from ...worlds.rigid.recorded_settings import driven_s, settings_of
+from ...worlds.rigid.row import OUTCOMES, PHASES
 
 _AXES = "xyz"
 _COMPENSATED = [PHASES.index(name) for name in ("approach", "follow", "done")]
@@ -54,6 +56,11 @@ class Samples:
     targets: Array
 
     @property
+    def t(self) -> Array:
+        """(n,) driven time at the end of each control period in s."""
+        return driven_s(self.period_s)
+
+    @property
     def believed(self) -> Array:
         """(n, 3) tips as the controller believes them: where a compensated deflection has brought them."""
         return self.tip + self.deflection
@@ -76,7 +83,8 @@ def samples_of(run: Run, spec: SystemSpec) -> Samples:
     spec: that it was driven with, such as ``worlds.registry.spec_of(run)``.
 
     Raises:
-        InputError: the run has no samples, or is of a world without a rigid tool.
+        InputError: the run has no samples, is of a world without a rigid tool, or has settings out of their ranges,
+            values that are not numbers, or lost steps beside events that they leave without a place.
     """
     scene, control = getattr(spec, "scene", None), getattr(spec, "control", None)
     if scene is None or control is None or "r00" not in [column.name for column in run.columns]:
@@ -88,9 +96,10 @@ def samples_of(run: Run, spec: SystemSpec) -> Samples:
         raise InputError("the run has no samples")
     at = {column.name: place for place, column in enumerate(run.columns)}
     tool = scene.tool_itself()
+    _check_rows(rows, at, len(scene.targets))
     structures = (ANATOMY, *(zone.name for zone in ordered(scene.zones)))
     distance = [[rows[:, at[f"d{b}_{s}"]] for s in range(len(tool.radius))] for b in range(len(structures))]
-    settings = _settings(run, control, first)
+    settings = settings_of(run, control)[first:]
     force, phase = rows[:, [at[f"force_{axis}"] for axis in _AXES]], rows[:, at["phase"]].astype(np.int64)
     return Samples(
         first=first,
@@ -113,6 +122,19 @@ def samples_of(run: Run, spec: SystemSpec) -> Samples:
     )
 
 
+def _check_rows(rows: Array, at: dict[str, int], targets: int) -> None:
+    """Refuse what no comparison would tell: NaN is below no bound. Raises InputError."""
+    finite = np.isfinite(rows)
+    if not finite.all():
+        row, column = (int(value[0]) for value in np.nonzero(~finite))
+        name = next(name for name, place in at.items() if place == column)
+        raise InputError(f"the run is damaged: '{name}' is {rows[row, column]} in its sample {row + 1}")
+    for name, count in (("phase", len(PHASES)), ("outcome", len(OUTCOMES)), ("target", max(targets, 1))):
+        numbers = rows[:, at[name]]
+        if not ((numbers >= 0) & (numbers < count) & (numbers == np.floor(numbers))).all():
+            raise InputError(f"the run is damaged: '{name}' is not a number from 0 to {count - 1} in every sample")
+
+
 def _deflection(run: Run, settings: list[ControlSettings], force: Array, phase: IndexArray) -> Array:
     """(n, 3) deflection that the controller compensated: on the path's task, under a hand on the robot."""
     first = len(run.ticks) - len(force)
@@ -124,21 +146,7 @@ def _deflection(run: Run, settings: list[ControlSettings], force: Array, phase: 
 
 def hand_on_robot(run: Run) -> BoolArray:
     """(n,) whether the force of each step is that of a hand on the robot: not of a device, nor of a free hand."""
-    if run.manifest["world"] == "freehand":
+    if run.manifest["world"] == FREEHAND:
         return np.zeros(len(run.ticks), dtype=bool)
     device: Array = run.ticks[:, [name for name, _ in run.manifest["columns"]].index("master")]
     return np.asarray(device == 0.0)
-
-
-def _settings(run: Run, first_ones: ControlSettings, first: int) -> list[ControlSettings]:
-    """The settings in force at every sample from ``first`` on; a return to the start brings back the first ones."""
-    found, now, events = [], first_ones, list(run.events)
-    for index in range(len(run.ticks)):
-        while events and events[0].at <= index:
-            content = events.pop(0).content
-            if isinstance(content, Reset):
-                now = first_ones
-            elif isinstance(content, SetSettings) and isinstance(content.settings, ControlSettings):
-                now = content.settings
-        found.append(now)
-    return found[first:]

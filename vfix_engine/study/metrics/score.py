@@ -11,10 +11,11 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import InputError
+from ...runtime.command import COMMAND_COLUMNS, POSITION, RATE
 from ...runtime.run import Run
 from ...runtime.system import SystemSpec
 from ...validate import rigid_transform
-from ...worlds.registry import WORLDS, spec_of
+from ...worlds.registry import is_certified, spec_of
 from ...worlds.rigid.row import PHASES
 from ..error_chain import ErrorChain
 from .held import HELD, held_by
@@ -23,6 +24,8 @@ from .smoothness import filter_words, log_dimensionless_jerk, spectral_arc_lengt
 from .true_frame import true_frame
 
 PATH_WINDOW_MM = 5.0  # the nearest point of the path is searched this far from the recorded one, on the same branch
+_COMMAND_NAMES = [name for name, _ in COMMAND_COLUMNS]
+_LED = {"hand": 0.0, "position": POSITION, "rate": RATE}
 _ON_PATH = [PHASES.index(name) for name in ("follow", "done")]
 _PATH = [PHASES.index("approach"), *_ON_PATH]
 _ON_TARGET = PHASES.index("inspect_hold")
@@ -77,8 +80,10 @@ class HeldTime:
 class RunScore:
     """The metrics of a run; docs/metrics.md defines each. Lengths in mm, angles in degrees, times in s.
 
-    mode: 'freehand', 'hands-on' or 'teleoperated'; certified: no motion was made without the certificate,
-        False where the world is not known.
+    mode: 'freehand', 'hands-on' or 'teleoperated', 'mixed' where it was changed on the way, as in the manifest; None in
+        a world that has none. certified: no motion was made without the certificate, False where the world is not
+        known. whole: the run was recorded to its end; lost: steps that it lacks, which no figure counts.
+    led_by: shares of the samples by what led the tool: 'hand', 'position' of a master, 'rate' of a device.
     path_error_mm: None where no sample follows a path; target_error_mm and angle_deg: None without inspection.
     path_length_mm, spectral_arc_length, log_dimensionless_jerk: of the tip after the approach; the last two None where
         they are not defined.
@@ -88,8 +93,11 @@ class RunScore:
     """
 
     world: str
-    mode: str
+    mode: str | None
     certified: bool
+    whole: bool
+    lost: int
+    led_by: dict[str, float]
     samples: int
     time_s: float
     approach: Approach
@@ -135,8 +143,8 @@ def score_run(
         errors: the chain from one to the other, instead of a transform.
 
     Raises:
-        InputError: the run has no samples or no rigid tool, its spec is not in the manifest, the transform is not
-            rigid, or both a transform and errors are given.
+        InputError: the run cannot be read as ``samples_of`` says, its spec is not in the manifest, the transform is
+            not rigid, or both a transform and errors are given.
     """
     spec = spec_of(run) if spec is None else spec
     samples = samples_of(run, spec)
@@ -151,7 +159,6 @@ def score_run(
         moved = rigid_transform(transform_believed_to_true, "the transform")
         true = _Tool(believed.tip @ moved[:3, :3].T + moved[:3, 3], moved[:3, :3] @ believed.rotation)
     world = str(run.manifest["world"])
-    certified = world in WORLDS and WORLDS[world].certified
     task = _task(samples)
     rate = 1.0 / float(np.median(samples.period_s[task]))
     speed = _steps(samples.tip[task]) * rate
@@ -159,8 +166,11 @@ def score_run(
     held = samples.outcome == HELD
     return RunScore(
         world=world,
-        mode=_mode(run, samples),
-        certified=certified,
+        mode=run.mode,
+        certified=is_certified(run.manifest),
+        whole=run.whole,
+        lost=run.lost,
+        led_by=_led_by(run, samples),
         samples=len(samples.tip),
         time_s=float(samples.period_s.sum()),
         approach=Approach(
@@ -261,11 +271,10 @@ def _held_by(run: Run, spec: SystemSpec, samples: Samples) -> tuple[HeldTime, ..
     return tuple(HeldTime(*key, seconds) for key, seconds in sorted(time.items(), key=lambda item: -item[1]))
 
 
-def _mode(run: Run, samples: Samples) -> str:
-    if run.manifest["world"] == "freehand":
-        return "freehand"
-    names = [name for name, _ in run.manifest["columns"]]
-    return "teleoperated" if run.ticks[samples.first :, names.index("master")].any() else "hands-on"
+def _led_by(run: Run, samples: Samples) -> dict[str, float]:
+    """Shares of the samples that a hand, a master's position or a rate device led."""
+    device = run.ticks[samples.first :, _COMMAND_NAMES.index("master")]
+    return {name: float((device == value).mean()) for name, value in _LED.items()}
 
 
 def _steps(tip: Array) -> Array:

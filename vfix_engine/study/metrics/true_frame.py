@@ -51,7 +51,7 @@ def true_frame(run: Run, spec: SystemSpec, samples: Samples, chain: ErrorChain) 
     at = {column.name: place for place, column in enumerate(run.columns)}
     joints = rows[:, [at[f"q{i}"] for i in range(len(scene.robot.joints))]] if on_robot else None
     found, clearance = [], samples.distance[:, 0].min(axis=1)
-    for i, t in enumerate(rows[:, at["t"]].tolist()):
+    for i, t in enumerate(samples.t.tolist()):
         sample = Sample(
             t,
             i + 1,

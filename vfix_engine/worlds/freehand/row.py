@@ -31,7 +31,7 @@ def row_layout(parts: int, structures: int) -> tuple[Column, ...]:
 def write_row(state: FreehandState, out: Array) -> None:
     """The numbers of a state into ``out``."""
     path_s = -1.0 if state.nearest is None else state.nearest.s
-    time = np.array([state.steps * state.settings.dt_s])
+    time = np.array([state.t])
     places = PHASES.index(state.phase), state.target, OUTCOMES.index(state.outcome)
     last = np.array([float(state.count.sum()), float(state.deepest.max()), path_s, *places])
     numbers = (

@@ -67,7 +67,7 @@ def snapshot_of(scene: Scene, structures: tuple[str, ...], state: FreehandState)
     away = float(np.linalg.norm(centre - scene.targets[state.target])) if state.mode == "inspect" else float("nan")
     touched = sorted((one for one in contacts if one.depth_mm > 0.0), key=lambda one: -one.depth_mm)
     return FreehandSnapshot(
-        t=state.steps * settings.dt_s,
+        t=state.t,
         q=np.concatenate([tip, rotation_vector(rotation)]),
         capsules=np.column_stack([segments.start, segments.end, segments.radius]),
         tip=tip,

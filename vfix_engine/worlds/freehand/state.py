@@ -10,6 +10,7 @@ from ...arrays import Array, IndexArray
 from ...control import ControlSettings
 from ...control.tasks import PathPoint
 from ...geometry.capsules import Segments
+from ...runtime.driven_clock import FROM_START, DrivenClock
 
 ZEROS = np.zeros(3)
 ZEROS.setflags(write=False)
@@ -23,6 +24,7 @@ class FreehandState:
     distance: (B, S) from every structure to every segment; count, deepest: (B, S) contacts so far, and their depth.
     mode, phase, target, nearest: as in ``RehearsalState``; steps: so far.
     force, torque: (3,) in N and N·mm of the hand, after the cap; push: (3,) in N, sum of the contact forces.
+    clock: of the driven time, which goes on where the period changes.
     outcome: of the last step: 'idle', 'moved', or 'held' where bone was too deep in the tool to go on.
     """
 
@@ -42,3 +44,9 @@ class FreehandState:
     force: Array = field(default_factory=lambda: ZEROS)
     torque: Array = field(default_factory=lambda: ZEROS)
     push: Array = field(default_factory=lambda: ZEROS)
+    clock: DrivenClock = FROM_START
+
+    @property
+    def t(self) -> float:
+        """Driven time since the start in s."""
+        return self.clock.read(self.steps, self.settings.dt_s)

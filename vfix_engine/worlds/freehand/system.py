@@ -12,14 +12,15 @@ import numpy as np
 from ...arrays import Array
 from ...control import ControlSettings
 from ...control.tasks import PathPoint
-from ...errors import ControlError, InputError, StartRefused
+from ...errors import ControlError, StartRefused
 from ...runtime.command import Command
 from ...runtime.control_mode import FREEHAND
 from ...runtime.requests import Request, SetControl, SetSettings, SetTask
+from ...runtime.settings import checked_settings
 from ...runtime.system import Background, Column, Grip
 from ..rigid.command_values import array_of, share_of
 from ..rigid.scene import Scene
-from ..rigid.snapshot import camera_at
+from ..rigid.snapshot import camera_at, view_axes
 from ..rigid.system import LEAVE_PATH_MM, MODES, NO_PATH, SEARCH_WINDOW_MM, hand_force
 from .contact import ContactModel
 from .motion import CORE_SHARE, ToolPose, moved, pose_of
@@ -41,6 +42,7 @@ class FreehandSystem:
     def __init__(self, scene: Scene, settings: ControlSettings, stiffness_n_per_mm: float = STIFFNESS_N_PER_MM):
         self.scene, self.first_settings = scene, settings
         self.around = ContactModel(scene.tree, scene.zones, stiffness_n_per_mm)
+        self._view = view_axes(scene.tool)
         self.row_layout: tuple[Column, ...] = row_layout(len(scene.tool.radius), len(self.around.structures))
 
     def prepare(self) -> None:
@@ -75,14 +77,14 @@ class FreehandSystem:
 
         Raises:
             ControlError: there is no such task, path or target, or the system has no such request.
-            InputError: settings of another world.
+            InputError: settings of another world, or out of their ranges.
         """
         if isinstance(request, SetTask):
             return self._with_mode(state, request.task, request.target)
         if isinstance(request, SetSettings):
-            if not isinstance(request.settings, ControlSettings):
-                raise InputError(f"a free tool is driven with ControlSettings, not with {request.settings!r:.60}")
-            return replace(state, settings=request.settings)
+            settings = checked_settings(request.settings, ControlSettings, "a free tool")
+            clock = state.clock.changed(state.steps, state.settings.dt_s, settings.dt_s)
+            return replace(state, settings=settings, clock=clock)
         if isinstance(request, SetControl) and request.control.mode == FREEHAND:
             return state
         raise ControlError(f"a free tool cannot be asked to {type(request).__name__}")
@@ -118,9 +120,10 @@ class FreehandSystem:
     def grip(self, state: FreehandState) -> Grip:
         """The grip on the tool's shaft."""
         grip = self.scene.tool.grip(state.rotation, state.position)
-        axes = camera_at(state.rotation, state.position, self.scene.tool)[:3, :3]
         settings = state.settings
-        return Grip(grip, settings.stiffness_n_per_mm, settings.force_cap_n, axes, grip - state.position)
+        return Grip(
+            grip, settings.stiffness_n_per_mm, settings.force_cap_n, state.rotation @ self._view, grip - state.position
+        )
 
     def row(self, state: FreehandState, out: Array) -> None:
         write_row(state, out)
@@ -165,6 +168,7 @@ class FreehandSystem:
             force,
             torque,
             push.force.sum(axis=0),
+            state.clock,
         )
 
     def _hand(self, state: FreehandState, command: Command) -> tuple[Array, Array]:

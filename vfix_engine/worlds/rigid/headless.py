@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -29,6 +30,7 @@ GAIN_SHARE = 0.005  # less of the motion that a free hand would make in that man
 ATTEMPTS = 3  # to bring the view onto a target, each from further out
 BACK_OFF_MM = 8.0
 PASSED_MM = 0.3  # the view is past its nearest place when it is this much further away again
+SAME_STEP = 1e-6  # a recording that is longer than whole steps by a smaller part of one ends with them
 WARM_UP_STEPS = 20  # not counted in the step times: caches fill
 
 HAND = Control()
@@ -139,7 +141,7 @@ class HeadlessRun:
         operator: RigidOperator = hand if same else behind_device(hand, self.control)
         self._start()
         snapshot = self.rehearsal.snapshot(self._driver.state)
-        for _ in range(max(round(hand.duration_s / self.rehearsal.settings.dt_s), 1)):
+        for _ in range(max(math.ceil(hand.duration_s / self.rehearsal.settings.dt_s - SAME_STEP), 1)):
             snapshot = self._one(operator)
         return snapshot
 
@@ -261,7 +263,7 @@ class HeadlessRun:
             self.servo.watch(self.rehearsal.controller, before, state.tool.q)
         if self.covariance is not None:
             self.covariance.watch(self.rehearsal.controller, state.tool)
-        rooms = [limit.room(state.tool) for limit in self.limits]
+        rooms = [limit.room(state.tool) - state.settings.deflection_mm for limit in self.limits]
         self.least_rooms = [min(*pair) for pair in zip(self.least_rooms, rooms, strict=True)]
         self._keep(snapshot)
         return snapshot

@@ -14,9 +14,11 @@ from ...errors import InputError
 from ...kernels.triples import triple
 from ...runtime.command import Command, Master
 from ...runtime.control_mode import MODES, TELEOPERATED, Control, Device
+from ...runtime.driven_clock import FROM_START
 from ...runtime.operator import Act
 from ...runtime.requests import Reset
 from ...runtime.run import Run
+from .recorded_settings import driven_s, first_settings, settings_of
 from .state import RehearsalState
 from .system import RigidSystem
 
@@ -93,14 +95,15 @@ class TeleoperatedOperator:
 class RecordedOperator:
     """The hand of a recorded run, by its time: what it did from the run's last return to the start on.
 
-    A step takes the command of its begin, and of a master the sum of what it moved within the step; at the rate of the
-    recording these are the recorded commands. Before the begin and after the end the hand is at rest. Requests of the
-    run, such as another task, are not repeated (Li 2007, section V.E).
+    A step takes the command of its begin, and of a master what it moved within the step, evenly over each recorded
+    period; at the rate of the recording these are the recorded commands. Before the begin and after the end the hand is
+    at rest. Requests of the run, such as another task, are not repeated (Li 2007, section V.E).
 
     duration_s: of the recording. control: what the hand led, as in the run's manifest.
 
     Raises:
-        InputError: the run has no samples, no clock or no mode of a hand, or its mode was changed on the way.
+        InputError: the run has no samples, no mode of a hand, a spec that it does not hold or events that lost steps
+            leave without a place, or its mode was changed on the way.
     """
 
     def __init__(self, run: Run):
@@ -113,22 +116,39 @@ class RecordedOperator:
         device: Device = "rate" if run.manifest.get("device") == "rate" else "position"
         self.control = Control(run.mode, device)
         self._commands = [run.command(index) for index in range(first, len(run.ticks))]
-        self._end = np.maximum.accumulate(run.column("t")[first:])
-        self.duration_s, self._step = float(self._end[-1]), 0
+        self._period = np.array([one.dt_s for one in settings_of(run, first_settings(run))[first:]])
+        self._end = driven_s(self._period)
+        self.duration_s, self._now = float(self._end[-1]), FROM_START
+        self._step, self._dt_s = 0, 0.0
 
     def __call__(self, system: RigidSystem, state: RehearsalState) -> Act:
-        dt = state.settings.dt_s
-        begin, end = self._step * dt, (self._step + 1) * dt
+        if state.settings.dt_s != self._dt_s:
+            self._now = self._now.changed(self._step, self._dt_s or state.settings.dt_s, state.settings.dt_s)
+            self._dt_s = state.settings.dt_s
+        begin, end = (self._now.read(self._step + more, self._dt_s) for more in (0, 1))
         self._step += 1
-        here, there = np.searchsorted(self._end, [begin + _SAME_S, end + _SAME_S]).tolist()
+        here = int(np.searchsorted(self._end, begin + _SAME_S))
         if here >= len(self._commands):
             return Act(Command(np.zeros(3)))
         command = self._commands[here]
-        masters = [one.master for one in self._commands[here : max(there, here + 1)] if one.master is not None]
-        if command.master is None or len(masters) < 2:
+        if command.master is None:
             return Act(command)
-        increment = np.sum([one.increment for one in masters if one.clutch] or [np.zeros(3)], axis=0)
-        return Act(replace(command, master=Master(np.asarray(increment), any(one.clutch for one in masters))))
+        return Act(replace(command, master=self._led(here, begin, end)))
+
+    def _led(self, here: int, begin: float, end: float) -> Master:
+        """What the master moved within a step from ``begin`` to ``end`` in s: of a recorded period that lies in it in
+        part, that part."""
+        there = int(np.searchsorted(self._end, end - _SAME_S)) + 1
+        parts = list[tuple[float, Master]]()
+        for index in range(here, min(max(there, here + 1), len(self._commands))):
+            master, until, period = self._commands[index].master, float(self._end[index]), float(self._period[index])
+            if master is not None:
+                inside = min(end, until) - max(begin, until - period)
+                parts.append((1.0 if inside >= period - _SAME_S else max(inside, 0.0) / period, master))
+        if len(parts) == 1 and parts[0][0] == 1.0:
+            return parts[0][1]
+        led = [share * master.increment for share, master in parts if master.clutch]
+        return Master(np.sum(led, axis=0) if led else np.zeros(3), clutch=bool(led))
 
 
 def behind_device(hand: RigidOperator, control: Control) -> RigidOperator:

@@ -25,7 +25,8 @@ class RowWriter:
     """Names, units and the writing of a row for one scene.
 
     q, velocity: joints; tip and rotation (row by row): of the tool's tip; s…: ends of the tool's axis segments;
-    d…: distance of every body to every segment; room…: of the tip in every tube and envelope of the scene; force,
+    d…: distance of every body to every segment; room…: of the tip in every tube and envelope of the scene, less what
+    a hand may deflect it by; force,
     torque: effective ones of the hand; share: fraction of the desired motion that was made; emergency: 1 where an
     acceleration limit was exceeded.
     """
@@ -59,11 +60,11 @@ class RowWriter:
         numbers, layout = tool.numbers, tool.layout
         if self._copies is None or self._copies[0] is not layout:
             self._copies = layout, self._copies_from(layout)
-        out[0] = state.steps * state.settings.dt_s
+        out[0] = state.t
         for into, where in self._copies[1]:
             out[into] = numbers[where]
         for i, limit in enumerate(self._limits):
-            out[self._rooms + i] = limit.room(tool)
+            out[self._rooms + i] = limit.room(tool) - state.settings.deflection_mm
         path_s = -1.0 if state.nearest is None else state.nearest.s
         phase, target = _PHASE[state.phase], state.target
         if last is None:

@@ -117,7 +117,7 @@ def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> R
     end = "" if last is None else last.end
     teleoperated = last is not None and last.teleoperated
     return RigidSnapshot(
-        t=state.steps * settings.dt_s,
+        t=state.t,
         q=tool.q,
         capsules=np.column_stack([segments.start, segments.end, segments.radius]),
         tip=tip,
@@ -172,6 +172,11 @@ def camera_at(rotation: Array, position: Array, kind: Tool) -> Array:
     view, across = kind.direction(rotation), rotation[:, 0]
     pose[:3, :3] = np.column_stack([across, np.cross(view, across), view])
     return pose
+
+
+def view_axes(kind: Tool) -> Array:
+    """(3, 3) axes of the camera in the frame of the tip, as columns; a tip's rotation brings them to the patient's."""
+    return camera_at(np.eye(3), np.zeros(3), kind)[:3, :3]
 
 
 def _on_path(scene: Scene, state: RehearsalState) -> tuple[float, float, float]:

@@ -10,6 +10,7 @@ import numpy as np
 from ...arrays import Array
 from ...control import ControlSettings, StepReport, StepState
 from ...control.tasks import PathPoint
+from ...runtime.driven_clock import FROM_START, DrivenClock
 
 ZEROS = np.zeros(3)
 ZEROS.setflags(write=False)
@@ -37,6 +38,7 @@ class RehearsalState:
     deflection: (3,) in mm of the tip under a hand on the robot, compensated: ``nearest`` is of the deflected tip.
     chosen: the path's point that is approached first, until the tip is there; None: none was chosen.
     fallbacks: steps so far in which the papers' demand of progress (14) had no solution.
+    clock: of the driven time, which goes on where the period changes.
     settings: current; last: the step that led here, None after a start or a change of the task.
     """
 
@@ -53,6 +55,12 @@ class RehearsalState:
     fallbacks: int = 0
     deflection: Array = field(default_factory=lambda: ZEROS)
     last: LastStep | None = field(default=None, repr=False, compare=False)
+    clock: DrivenClock = FROM_START
+
+    @property
+    def t(self) -> float:
+        """Driven time since the start in s."""
+        return self.clock.read(self.steps, self.settings.dt_s)
 
     @property
     def believed_tip(self) -> Array:

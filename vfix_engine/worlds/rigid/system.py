@@ -21,13 +21,14 @@ from ...kernels.triples import Triple, dot, minus, norm, over, plus, times, trip
 from ...runtime.command import Command
 from ...runtime.control_mode import FREEHAND
 from ...runtime.requests import Request, SetControl, SetSettings, SetTask
+from ...runtime.settings import checked_settings
 from ...runtime.system import Background, Column, Grip
 from .command_values import array_of, share_of
 from .hand_kernel import torque_about_tip, torque_about_view
 from .requests import ApproachPoint
 from .row import RowWriter
 from .scene import Scene
-from .snapshot import RigidSnapshot, camera_at, snapshot_of
+from .snapshot import RigidSnapshot, snapshot_of, view_axes
 from .state import ZEROS, LastStep, RehearsalState
 from .teleoperation import advance_leader, consume_motion, spring
 
@@ -70,6 +71,7 @@ class RigidSystem:
         self._inspections = tuple(InspectTarget(target) for target in scene.targets)
         self._goals = tuple(triple(target) for target in scene.targets)
         self._approaches = tuple(ApproachTarget(target) for target in scene.targets)
+        self._view = view_axes(scene.tool)
         self._row = RowWriter(scene)
         self.row_layout: tuple[Column, ...] = self._row.layout
 
@@ -114,6 +116,7 @@ class RigidSystem:
 
         Raises:
             ControlError: there is no such task, path or target, or the system has no such request.
+            InputError: settings of another world, or out of their ranges.
             StartRefused: the pose violates a limit or margin of the new settings; the old ones stay.
         """
         if isinstance(request, SetTask):
@@ -125,16 +128,15 @@ class RigidSystem:
                 raise ControlError("a tool on a robot is not in a free hand; end this drive and start another one")
             return replace(state, lag=ZEROS)
         if isinstance(request, SetSettings):
-            settings = request.settings
-            if not isinstance(settings, ControlSettings):
-                raise InputError(f"the rigid tool is driven with ControlSettings, not with {settings!r:.60}")
+            settings = checked_settings(request.settings, ControlSettings, "the rigid tool")
             kept = self.controller
             try:
                 self._controller_of(settings).start(state.tool.q)
             except ControlError:
                 self.controller = kept
                 raise
-            return replace(state, settings=settings, last=None)
+            clock = state.clock.changed(state.steps, state.settings.dt_s, settings.dt_s)
+            return replace(state, settings=settings, last=None, clock=clock)
         raise ControlError(f"a rigid tool cannot be asked to {type(request).__name__}")
 
     def with_mode(self, state: RehearsalState, mode: str, target: int = 0) -> RehearsalState:
@@ -191,7 +193,7 @@ class RigidSystem:
         """The grip on the tool's shaft; by the papers' program a device has the axes of the robot's base (V.F.1)."""
         settings, tip = state.settings, state.tool.tip
         base = self.scene.printed is not None
-        axes = self.scene.base[:3, :3] if base else camera_at(tip.rotation, tip.position, self.scene.tool)[:3, :3]
+        axes = self.scene.base[:3, :3] if base else tip.rotation @ self._view
         grip = self._grip(state.tool)
         return Grip(grip, settings.stiffness_n_per_mm, settings.force_cap_n, axes, grip - tip.position)
 
@@ -255,6 +257,7 @@ class RigidSystem:
             state.fallbacks + done.fell_back,
             done.deflection,
             LastStep(done.report, done.force, done.torque, done.end, master is not None or command.rate),
+            state.clock,
         )
 
     def _turns(self, command: Command, settings: ControlSettings) -> Array:

@@ -12,6 +12,7 @@ from ...arrays import Array
 from ...errors import ControlError, InputError
 from ...runtime.command import BUTTON_STRAIGHTEN, Command, no_command
 from ...runtime.requests import Bend, Request, SetSettings, Straighten
+from ...runtime.settings import checked_settings
 from ...runtime.snapshot import Blocker
 from ...runtime.system import Background, Column, Grip, Worker
 from .plans.adoption import adopted, bent_to, refused_link, wanted, with_settings
@@ -109,7 +110,8 @@ class SnakeSystem:
         Raises:
             ControlError: settings that the pose violates; a look-round before all links that bend are inside; a
                 request of another world.
-            InputError: a bend of another number of joints, an aim out of its range, or settings of another world.
+            InputError: a bend of another number of joints, an aim out of its range, or settings of another world or out
+                of their ranges.
         """
         if isinstance(request, SetSettings):
             return self._with_settings(state, request.settings)
@@ -134,8 +136,7 @@ class SnakeSystem:
         return _undone(state)._replace(doing="look", looking=Looking(math.radians(request.aim_deg)))
 
     def _with_settings(self, state: SnakeState, settings: Any) -> SnakeState:
-        if not isinstance(settings, SnakeSettings):
-            raise InputError(f"settings of a snake are SnakeSettings, not {type(settings).__name__}")
+        settings = checked_settings(settings, SnakeSettings, "a snake")
         state = with_settings(self.constants, state, settings.of_drive(state.settings))
         return state._replace(adjusted=settings, period_s=settings.step_s)
 

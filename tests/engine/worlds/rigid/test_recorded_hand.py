@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from vfix_engine.worlds.rigid.rehearsal import Rehearsal
 from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
 
 SETTINGS = ControlSettings()
+SLOWEST = replace(SETTINGS, dt_s=5e-3)
 STEPS = 400
 PATH = np.array([[0.0, 0.0, 0.0], [0.0, 3.0, 0.3], [0.0, 6.0, 0.0]])
 HAND, MASTER, RATE = Control(), Control("teleoperated"), Control("teleoperated", "rate")
@@ -79,14 +81,17 @@ def test_another_head_is_met_by_the_same_forces_and_stays_certified(tmp_path: Pa
     assert again.rows[-1, distance] < run.rows[-1, distance]
 
 
-@pytest.mark.parametrize("times", [5, 20])
-def test_at_another_rate_forces_keep_their_time_and_a_master_its_way(tmp_path: Path, times: int) -> None:
-    slow = replace(SETTINGS, dt_s=SETTINGS.dt_s * times)
-    hand, master = recorded(tmp_path / "hand"), recorded(tmp_path / "master", MASTER)
-    again = repeated(hand, tmp_path / "again", HAND, slow)
-    assert len(again.ticks) == STEPS / times
-    np.testing.assert_array_equal(again.ticks[:, :14], hand.ticks[-STEPS::times, :14])
-    moved = repeated(master, tmp_path / "moved", MASTER, slow)
+@pytest.mark.parametrize("times", [0.05, 0.2, 0.3, 5, 20])
+def test_at_another_rate_forces_keep_their_time_and_a_master_its_way(tmp_path: Path, times: float) -> None:
+    """A finer period leads a part of each recorded one: not all of it again in every step."""
+    own = replace(SETTINGS, dt_s=SLOWEST.dt_s if times < 1 else SETTINGS.dt_s)
+    other = replace(own, dt_s=own.dt_s * times)
+    hand, master = recorded(tmp_path / "hand", HAND, own), recorded(tmp_path / "master", MASTER, own)
+    again = repeated(hand, tmp_path / "again", HAND, other)
+    assert len(again.ticks) == math.ceil(STEPS / times)
+    places = (np.arange(len(again.ticks)) * times + 1e-6).astype(int)
+    np.testing.assert_array_equal(again.ticks[:, :14], hand.ticks[-STEPS:][places, :14])
+    moved = repeated(master, tmp_path / "moved", MASTER, other)
     names = [name for name, _ in master.manifest["columns"][:14]]
     way = [names.index(f"master_{axis}") for axis in "xyz"]
     coupled = master.ticks[-STEPS:][master.ticks[-STEPS:, names.index("clutch")] == 1.0]
