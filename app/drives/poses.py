@@ -27,10 +27,10 @@ class PoseColumns(NamedTuple):
         return ["t_s", "steps", "running", *places, *self.numbers, *joints]
 
     def row(self, snapshot: Snapshot) -> Array:
-        """The row (n,) of :meth:`names`; a number that does not exist is NaN."""
+        """The row (n,) of :meth:`names`; a number that the world does not have is NaN, as a free hand's margin."""
         state = [snapshot.t, float(snapshot.steps), float(snapshot.running)]
         places = [getattr(snapshot, name) for name in self.places]
-        numbers = [float(getattr(snapshot, name)) for name in self.numbers]
+        numbers = [float(getattr(snapshot, name, np.nan)) for name in self.numbers]
         return np.concatenate([state, *places, numbers, snapshot.q]).astype("<f8")
 
 
