@@ -60,8 +60,8 @@ def walk(page: NamedPage, client: httpx.Client, folder: Path, work: Path) -> Non
     """Make every picture in turn. folder: contains the slices. work: receives exported files."""
     sample_plan.planned(page)
     rehearsal.begin(page)
-    rehearsal.by_a_hand_on_the_robot(page, 60.0)
-    rehearsal.from_a_distance(page, 30.0)
+    rehearsal.by_a_hand_on_the_robot(page)
+    rehearsal.from_a_distance(page)
     rehearsal.in_a_free_hand(page)
     rehearsal.compare(page, work)
     page.press("3D + slices")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from .named_page import NamedPage
+from .named_page import PATIENCE_S, NamedPage
 from .sample_plan import drive
 
 WITHOUT = "without the certificate"
@@ -20,22 +20,22 @@ def begin(page: NamedPage) -> None:
     page.take("rehearsal_endoscope")
 
 
-def by_a_hand_on_the_robot(page: NamedPage, to_mm: float) -> None:
-    """Drive on, and end the run; its card."""
-    drive(page, to_mm)
+def by_a_hand_on_the_robot(page: NamedPage) -> None:
+    """Drive on to the end of the path, and end the run; its card."""
+    to_the_end(page)
     finish(page)
     page.says("Tip error, mean")
     page.page.locator("#end-card").evaluate("(card) => card.scrollIntoView({ block: 'start' })")
     page.take("rehearsal_card")
 
 
-def from_a_distance(page: NamedPage, to_mm: float) -> None:
+def from_a_distance(page: NamedPage) -> None:
     page.press("Teleoperated")
     page.button("Position")
     page.press("Rate")
     page.wait("the device", lambda: page.station.rehearsal()["control"]["device"] == "rate")
     start(page, "Again")
-    drive(page, to_mm)
+    to_the_end(page)
     finish(page)
 
 
@@ -44,7 +44,7 @@ def in_a_free_hand(page: NamedPage) -> None:
     page.press("Freehand")
     page.says("Without the certificate: nothing keeps the tool off bone.")
     start(page, "Start")
-    page.station.drive_until("ArrowUp", "a contact", lambda: bool(page.station.rehearsal()["contacts"]), 300.0)
+    page.station.drive_until("ArrowUp", "a contact", lambda: bool(page.station.rehearsal()["contacts"]), PATIENCE_S)
     page.page.locator("#control-modes").evaluate("(modes) => modes.scrollIntoView({ block: 'start' })")
     page.take("rehearsal_freehand")
     page.page.keyboard.up("ArrowUp")
@@ -64,6 +64,11 @@ def compare(page: NamedPage, folder: Path) -> None:
     with page.page.expect_download() as waiting:
         page.press("Report")
     waiting.value.save_as(folder / waiting.value.suggested_filename)
+
+
+def to_the_end(page: NamedPage) -> None:
+    page.station.drive_until("ArrowUp", "the end", lambda: page.station.rehearsal()["path_done"], PATIENCE_S)
+    page.page.keyboard.up("ArrowUp")
 
 
 def start(page: NamedPage, name: str) -> None:

@@ -21,8 +21,8 @@ def test_a_first_rehearsal_three_ways(open_page: Open, rest: Rest, tmp_path: Pat
     station.open_plan(plan)
     page = NamedPage(station, None)
     rehearsal.begin(page)
-    rehearsal.by_a_hand_on_the_robot(page, 16.0)
-    rehearsal.from_a_distance(page, 6.0)
+    rehearsal.by_a_hand_on_the_robot(page)
+    rehearsal.from_a_distance(page)
     rehearsal.in_a_free_hand(page)
     rehearsal.compare(page, tmp_path)
     modes = [run["mode"] for run in rest.runs(HEAD_PHANTOM) if run["plan_id"] == plan]
