@@ -195,10 +195,12 @@ def test_no_search_keeps_the_verdict_on_a_path_waiting(
 ) -> None:
     begun, go = threading.Event(), threading.Event()
 
-    def held(*arguments: Any) -> Suggestion:
+    def held(
+        around: Any, robot: Any, tool: Any, entry: Any, target: Any, settings: Any, tell: Any, *_: Any
+    ) -> Suggestion:
         begun.set()
         while not go.wait(0.005):
-            arguments[-1]("Searching", 0.5)
+            tell("Searching", 0.5)
         return Suggestion((), None)
 
     monkeypatch.setattr(suggestions_module, "suggest_path", held)
