@@ -56,7 +56,7 @@ def mark_the_orbit(page: NamedPage) -> None:
     page.unfold("Paint")
     page.button("New label …")
     page.press("Make structure")
-    page.says("is a structure now. Protect it in Plan.")
+    page.says("is made. Protect it in Plan.")
 
 
 def spare_the_orbit(page: NamedPage) -> None:
