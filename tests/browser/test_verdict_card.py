@@ -53,7 +53,7 @@ def test_the_card_is_at_one_place_on_plan_register_and_rehearse(open_page: Open,
     station.wait_for("blocked", lambda: (station.state("corridor") or {}).get("level") == "blocked", DRIVEN_S)
     expect(page.locator("#card .card-word")).to_contain_text("Blocked", use_inner_text=True)
     expect(chips.nth(0)).to_contain_text("optic nerve", use_inner_text=True)
-    expect(chips.nth(1)).to_contain_text("reach", use_inner_text=True)
+    expect(chips.nth(1)).to_contain_text("along path", use_inner_text=True)
     expect(page.locator("#card .chip[data-level=blocked]")).to_have_count(2)
     reached = station.state("corridor")["verdict"]["figures"][1]["value"]
     chips.first.click()

@@ -11,6 +11,8 @@ import { LEVEL_ICONS, UPDATING, figureWords, isOld, shortWords, unbroken } from 
 
 const QUIET_MS = 400; // a run that ends sooner shows no bar
 const TABS = ["plan", "register", "rehearse"]; // that show it
+/** @type {Record<string, string>} figures whose name alone could be taken for the way to the target */
+const SHOWN = { reach: "along path" };
 
 export class VerdictCard {
   /** @param {Connection} connection */
@@ -81,7 +83,7 @@ export class VerdictCard {
   chip(figure, old) {
     const { name, level, s_mm: s } = figure;
     return html`<li><button type="button" class="chip" data-level=${level} ?disabled=${old || s === null} title="Show the tool and the slices there"
-      @click=${() => this.show(s ?? 0)}>${name} ${valueOf(figure)}</button></li>`;
+      @click=${() => this.show(s ?? 0)}>${SHOWN[name] ?? name} ${valueOf(figure)}</button></li>`;
   }
 
   /**
