@@ -148,7 +148,7 @@ def test_the_newest_place_alone_is_judged_and_what_is_old_is_greyed(
     ran[1]()
     view = live.current.view()
     assert (view["status"], view["state"]) == ("done", "drag")
-    assert "rovisional" in view["state_words"]
+    assert "While you drag" in view["state_words"]
     live.ask(plan, Dragged(point.id, (x, y, z + 1.0)), known, placing, NO_OPTIONS)
     assert live.current.before is not stored, "the last place of the hand is what is greyed"
     ran[1]()
