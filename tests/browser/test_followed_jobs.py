@@ -130,8 +130,9 @@ def test_beads_and_a_refinement_that_another_window_asks_for_are_followed(open_p
         }"""
     )
     rest.client.post(f"/api/v1/registrations/{key}/surface/touch", json={}).raise_for_status()
-    expect(page.locator("#surface-state")).to_contain_text("60 points touched on Bone, by the simulated pointer")
+    expect(page.locator("#surface-state")).to_contain_text("60 points on Bone, simulated")
     station.wait_for("the row that goes", lambda: page.evaluate("rows.at(-1)") == 0)
     assert 1 in page.evaluate("rows")
     expect(page.locator("#refine-surface")).to_be_enabled()
     assert station.errors == []
+    rest.client.delete(f"/api/v1/registrations/{key}").raise_for_status()

@@ -47,7 +47,7 @@ def test_a_dragged_point_is_judged_live_and_placed_again_on_release(open_page: O
 
     live = station.wait_for("the live verdict", judged, DRIVEN_S)
     expect(said).to_have_text("while you drag", use_inner_text=True)
-    expect(said).to_have_attribute("title", re.compile("^Provisional, while you drag: the robot"))
+    expect(said).to_have_attribute("title", re.compile("^While you drag: the robot"))
     assert rest.plan(plan_id)["revision"] == before["revision"], "nothing live is stored"
     station.picture("live-drag")
     page.mouse.up()

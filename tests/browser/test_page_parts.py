@@ -299,7 +299,7 @@ def test_a_slice_never_shows_another_one_under_its_label(open_page: Open, rest: 
     expect(page.locator("[data-axis=path]")).to_contain_text("CT not loaded", use_inner_text=True)
     label, shown = page.locator(".slice-where").first, stage.locator("g:not([visibility]) > image[href]")
     axial = station.state("slices")["planes"]["axial"]
-    expect(label).to_have_text(f"S {axial['position']:.1f} mm")
+    expect(label).to_have_text(f"{'S' if axial['position'] >= 0.0 else 'I'} {abs(axial['position']):.1f} mm")
     station.wait_for("both of them", lambda: shown.count() == 2 and stage.locator("image").count() == 2)
     before = label.inner_text()
     held: list[Route] = []

@@ -95,7 +95,7 @@ def test_a_template_leaves_the_focus_and_what_is_typed_alone(open_page: Open) ->
     shown = station.page.evaluate(OVERLAYS, station.page.evaluate("() => structuredClone(vfix.state)"))
     (none, some) = shown["told"]
     assert len(none) == 1
-    assert none[0].startswith("None yet. Add an MR or another CT")
+    assert none[0].startswith("Add an MR or another CT")
     assert some[:4] == ["MR 1", "T1", "CT 2", "late"]
     assert some[4].endswith("MR 1: no unit")
     assert (shown["sent"], shown["left"]) == (["mr.nrrd"], 0)
