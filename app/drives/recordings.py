@@ -13,7 +13,7 @@ from app.kit.errors import PlannerEnds
 from app.kit.jobs import Jobs, Progress
 from app.store.errors import StorageError
 from vfix_engine.error_places import error_places
-from vfix_engine.errors import InputError, VfixError
+from vfix_engine.errors import VfixError
 
 _LOG = logging.getLogger(__name__)
 
@@ -73,12 +73,10 @@ class Recording:
             raise StorageError(
                 f"{str(error).rstrip('.')}; it is kept, and stored when the next drive begins."
             ) from error
-        if self.scores is not None:
+        if self.scores is not None and run.mode is not None:  # a snake's run has no score
             progress("Scoring the run", 0.7)
             try:
                 self.scores.of(run.id)
-            except InputError:
-                pass  # of a world that has no score
             except (VfixError, ValueError) as error:  # the run is stored: whoever opens it asks for the score again
                 _LOG.warning("a run was stored and could not be scored: %s", error_places(error))
         return run.id

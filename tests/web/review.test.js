@@ -9,6 +9,7 @@ import { capsule, tube } from "../../app/web/js/scene-layer/round-meshes.js";
 
 layOutElements();
 const { contentsOf } = await import("../../app/tabs/review/plots.js");
+const { planesOf } = await import("../../app/tabs/review/path-plots.js");
 const { CompareTable, FIGURES } = await import("../../app/tabs/review/compare.js");
 
 /** @type {any} */
@@ -104,6 +105,10 @@ test("a difference of two modes says of how many plans it is", () => {
 test("in plots and in the table a run says how it was driven, and that a distance is at least that", () => {
   const free = { ...SERIES, mode: "freehand", certified: false };
   assert.deepEqual(contentsOf(SERIES, free)[0].lines.map(({ name, caution }) => [name, caution]), [["Hands-on", undefined], ["Beside: Freehand", "without the certificate"]]);
+  const inPlane = (/** @type {any} */ series) => ({ ...series, path_mm: [[0, 0], [9, 0]], flat_mm: series.t_s.map(() => [0, 0]), off_mm: series.t_s.map(() => 0) });
+  for (const { lines } of planesOf(inPlane(free), inPlane(SERIES))) {
+    assert.deepEqual(lines.filter(({ name }) => name !== "path").map(({ name, caution }) => [name, caution]), [["Beside: Hands-on", undefined], ["Freehand", "without the certificate"]]);
+  }
   const scored = [0.5, 3].map((clearance) => /** @type {any} */ ({ run: {}, score: { least_clearance_mm: { bone: clearance }, reach_mm: 3 } }));
   const row = new CompareTable().row(/** @type {any} */ (FIGURES.find(({ name }) => name.startsWith("Nearest"))), scored);
   assert.match(String(row), /<td class="number">0.50<.*<td class="number">≥ 3.00</);

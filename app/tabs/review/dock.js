@@ -5,9 +5,9 @@ import { feltHolds } from "/static/js/run-score.js";
 import { keep, recall } from "/static/js/remember.js";
 import { draw, html, live, nothing } from "/static/js/template.js";
 import { CompareTable } from "./compare.js";
-import { PathPlots } from "./path-plots.js";
+import { pathPlotsOf } from "./path-plots.js";
 import { SPEEDS, STEP_S } from "./player.js";
-import { Plots } from "./plots.js";
+import { plotsOf } from "./plots.js";
 
 /** @import { ScorePublic } from "/static/js/types.js" */
 /** @import { Player } from "./player.js" */
@@ -22,8 +22,8 @@ export class Dock {
   /** @param {Player} player */
   constructor(player) {
     this.player = player;
-    this.plots = new Plots(player);
-    this.path = new PathPlots(player);
+    this.plots = plotsOf(player);
+    this.path = pathPlotsOf(player);
     this.compare = new CompareTable();
     this.shows = /** @type {Shown} */ (recall("review-dock", SHOWN.map(([what]) => what), "plots"));
     /** @type {ScorePublic | null} */
@@ -55,7 +55,7 @@ export class Dock {
     const shown = this[this.shows].element;
     if (this.body.firstElementChild !== shown) {
       this.body.replaceChildren(shown);
-      this.path.update(); // it is moved only while it is in sight
+      if (this.shows !== "compare") this[this.shows].update(); // they are marked only while they are in sight
     }
     const label = player.playing ? "Pause" : "Play";
     draw(this.bar, html`

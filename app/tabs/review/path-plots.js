@@ -2,10 +2,9 @@
 import { h } from "/static/js/dom.js";
 import { fixed, signed } from "/static/js/format.js";
 import { plotInto, plotOptions, themed } from "/static/js/plot-line.js";
-import { THEMED } from "/static/js/theme.js";
 import { sampleAt } from "./curves.js";
 import { aboutAll, aboutNone, closeUp, cloudOf, digitsOf, nearestPlace, shaped } from "./path-places.js";
-import { GHOST, keyOf } from "./plots.js";
+import { GHOST, RunPlots, keyOf, keyOfRun } from "./plots.js";
 
 /** @import { Line } from "/static/js/plot-line.js" */
 /** @import { SeriesPublic } from "/static/js/types.js" */
@@ -15,7 +14,6 @@ import { GHOST, keyOf } from "./plots.js";
 const LEAST_PX = 84;
 const DOT_PX = 1.6; // radius of a place of the cloud
 const PATH = { name: "path", colour: "--text-faint", width: 1.25, dash: [2, 3] };
-const RUN = { name: "this run", colour: "--accent", width: 1.5 };
 
 /** @typedef {Line & { places: Pair[] }} Drawn */
 /**
@@ -27,9 +25,10 @@ const RUN = { name: "this run", colour: "--accent", width: 1.5 };
 export function planesOf(main, ghost) {
   const { path_mm: path, flat_mm: flat } = main;
   if (!path || !flat) return [];
-  const others = (/** @type {(series: SeriesPublic) => Pair[]} */ of) => (ghost ? [{ name: "beside", ...GHOST, places: of(ghost) }] : []);
+  const others = (/** @type {(series: SeriesPublic) => Pair[]} */ of) => (ghost ? [{ ...keyOfRun(ghost, "Beside: "), ...GHOST, places: of(ghost) }] : []);
+  const run = { ...keyOfRun(main), colour: "--accent", width: 1.5 };
   const clouds = [main, ghost].map((series) => (series ? cloudOf(series) : []));
-  const ways = [{ ...PATH, places: path }, ...others((series) => series.flat_mm ?? []), { ...RUN, places: flat }];
+  const ways = [{ ...PATH, places: path }, ...others((series) => series.flat_mm ?? []), { ...run, places: flat }];
   const most = Math.max(0, ...clouds.flat().map(({ place }) => Math.hypot(...place)));
   const own = flat.map((place, index) => ({ index, place }));
   const words = (/** @type {Pair} */ [x, y]) => `${fixed(x, 1)}, ${fixed(y, 1)} mm`;
@@ -38,37 +37,16 @@ export function planesOf(main, ghost) {
     { title: "Close-up", across: "mm along, mm aside", lines: ways, dots: false, own, window: (now) => closeUp(now ?? path[0], most), now: () => `${fixed(2 * closeUp([0, 0], most).y[1], 1)} mm high` },
     {
       title: "Tip errors across the path", across: "mm in the plane, mm off it", dots: true, own: clouds[0],
-      lines: [...others(() => clouds[1].map(({ place }) => place)), { ...RUN, places: clouds[0].map(({ place }) => place) }],
+      lines: [...others(() => clouds[1].map(({ place }) => place)), { ...run, places: clouds[0].map(({ place }) => place) }],
       window: () => aboutNone(clouds.flat().map(({ place }) => place)),
       now: ([x, y]) => { const digits = Math.max(digitsOf([-most, most]), 2); return `${signed(x, digits)}, ${signed(y, digits)} mm`; },
     },
   ];
 }
 
-export class PathPlots {
-  /** @param {Player} player */
-  constructor(player) {
-    this.player = player;
-    this.element = h("div", { class: "review-plots path-plots" });
-    /** @type {PlanePlot[]} */
-    this.plots = [];
-    this.key = "";
-    player.addEventListener("change", () => this.update());
-    window.addEventListener(THEMED, () => { for (const { plot } of this.plots) plot?.redraw(false); });
-  }
-
-  update() {
-    const { main, ghost } = this.player;
-    const key = `${main?.run.id} ${ghost?.run.id}`;
-    if (key !== this.key) {
-      this.key = key;
-      for (const plot of this.plots) plot.remove();
-      this.plots = main ? planesOf(main.series, ghost?.series ?? null).map((content) => new PlanePlot(content, this.player)) : [];
-      const none = main && !this.plots.length ? [h("p", { class: "empty" }, "This run has no path.")] : [];
-      this.element.replaceChildren(...none, ...this.plots.map(({ element }) => element));
-    }
-    if (this.element.isConnected) for (const plot of this.plots) plot.mark();
-  }
+/** @param {Player} player */
+export function pathPlotsOf(player) {
+  return new RunPlots(player, (main, ghost) => planesOf(main, ghost).map((content) => new PlanePlot(content, player)), { class: "path-plots", none: "This run has no path." });
 }
 
 class PlanePlot {

@@ -60,16 +60,25 @@ export function keyOf({ name, colour, dash, caution }) {
   return h("span", { class: caution ? "uncertified" : "", title: [name, caution].filter(Boolean).join(", ") }, swatch, name);
 }
 
-export class Plots {
-  /** @param {Player} player */
-  constructor(player) {
+/** @typedef {{ element: HTMLElement, plot: ReturnType<typeof plotInto> | null, mark: (series: SeriesPublic) => void, remove: () => void }} RunPlot */
+
+/** Plots of the run that is played and of the one beside it, made anew with another one; marked while they are in sight. */
+export class RunPlots {
+  /**
+   * @param {Player} player
+   * @param {(main: SeriesPublic, ghost: SeriesPublic | null) => RunPlot[]} make
+   * @param {{ class?: string, none?: string }} looks none: words where nothing is made
+   */
+  constructor(player, make, { class: name = "", none = "" } = {}) {
     this.player = player;
-    this.element = h("div", { class: "review-plots" });
-    /** @type {Plot[]} */
+    this.make = make;
+    this.none = none;
+    this.element = h("div", { class: `review-plots ${name}`.trim() });
+    /** @type {RunPlot[]} */
     this.plots = [];
     this.key = "";
     player.addEventListener("change", () => this.update());
-    window.addEventListener(THEMED, () => { for (const plot of this.plots) plot.plot?.redraw(false); });
+    window.addEventListener(THEMED, () => { for (const { plot } of this.plots) plot?.redraw(false); });
   }
 
   update() {
@@ -78,11 +87,17 @@ export class Plots {
     if (key !== this.key) {
       this.key = key;
       for (const plot of this.plots) plot.remove();
-      this.plots = main ? contentsOf(main.series, ghost?.series ?? null).map((content) => new Plot(content, this.player)) : [];
-      this.element.replaceChildren(...this.plots.map(({ element }) => element));
+      this.plots = main ? this.make(main.series, ghost?.series ?? null) : [];
+      const none = main && !this.plots.length && this.none ? [h("p", { class: "empty" }, this.none)] : [];
+      this.element.replaceChildren(...none, ...this.plots.map(({ element }) => element));
     }
-    if (main) for (const plot of this.plots) plot.mark(main.series);
+    if (main && this.element.isConnected) for (const plot of this.plots) plot.mark(main.series);
   }
+}
+
+/** @param {Player} player */
+export function plotsOf(player) {
+  return new RunPlots(player, (main, ghost) => contentsOf(main, ghost).map((content) => new Plot(content, player)));
 }
 
 class Plot {

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import tarfile
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -13,32 +11,19 @@ from rest_client import Client, opened_client
 from app.exchange.runs import export
 from app.exchange.runs.export import export_run
 from app.exchange.runs.python import run_python
-from app.services import Services, build_services
-from app.settings import Settings
+from app.services import Services
 from vfix_engine.runtime.run import Run
 
-OLD_HOME = Path(__file__).resolve().parents[2] / "data" / "old_home" / "home.tar.xz"
 
-
-@pytest.fixture
-def services(tmp_path: Path) -> Iterator[Services]:
-    """A home of an earlier version, which holds a run of each world."""
-    with tarfile.open(OLD_HOME) as archive:
-        archive.extractall(tmp_path, filter="data")
-    opened = build_services(Settings(home=tmp_path / "home", port=0))
-    yield opened
-    opened.close()
-
-
-def runs_of(services: Services) -> dict[str, str]:
+def runs_of(old_home: Services) -> dict[str, str]:
     """Ids of the stored runs by their world."""
-    return {run.world: run.id for run in services.runs.list()}
+    return {run.world: run.id for run in old_home.runs.list()}
 
 
-def test_files_are_those_of_the_command_line(services: Services, tmp_path: Path) -> None:
-    client: Client = opened_client(services)
-    run_id = runs_of(services)["rigid"]
-    with services.runs.laid_out(run_id) as folder:
+def test_files_are_those_of_the_command_line(old_home: Services, tmp_path: Path) -> None:
+    client: Client = opened_client(old_home)
+    run_id = runs_of(old_home)["rigid"]
+    with old_home.runs.laid_out(run_id) as folder:
         run = Run.read(folder)
     path = f"/api/v1/runs/{run_id}/export"
     for form in ("csv", "parquet", "mcap"):
@@ -52,13 +37,13 @@ def test_files_are_those_of_the_command_line(services: Services, tmp_path: Path)
     assert f'filename="{run_id}.csv.about.json"' in about.headers["content-disposition"]
     assert about.json() == json.loads((tmp_path / "run.csv.about.json").read_text(encoding="utf-8"))
     assert client.get(path, params={"format": "py"}).text == run_python(run, run_id)
-    assert not any(services.store.exports.open().iterdir()), "temporary files are gone once they are sent"
+    assert not any(old_home.store.exports.open().iterdir()), "temporary files are gone once they are sent"
     client.close()
 
 
-def test_what_cannot_be_exported_is_refused(services: Services, monkeypatch: pytest.MonkeyPatch) -> None:
-    client: Client = opened_client(services)
-    runs = runs_of(services)
+def test_what_cannot_be_exported_is_refused(old_home: Services, monkeypatch: pytest.MonkeyPatch) -> None:
+    client: Client = opened_client(old_home)
+    runs = runs_of(old_home)
     path = f"/api/v1/runs/{runs['snake']}/export"
     refused = client.get(path, params={"format": "py"})
     assert (refused.status_code, "no scene of a rigid tool" in refused.json()["error"]["message"]) == (422, True)

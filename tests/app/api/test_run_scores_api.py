@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
-import tarfile
-from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,28 +12,15 @@ from rest_client import Client, opened_client
 
 from app.api.run_scores import report_name
 from app.drives.run_scores import RunScores, score_file
-from app.services import Services, build_services
-from app.settings import Settings
+from app.services import Services
 from vfix_engine.runtime.run import Run
 from vfix_engine.study.holds import holds_of
 from vfix_engine.study.metrics import score_run
 from vfix_engine.study.series import series_of
 
-OLD_HOME = Path(__file__).resolve().parents[2] / "data" / "old_home" / "home.tar.xz"
 
-
-@pytest.fixture
-def services(tmp_path: Path) -> Iterator[Services]:
-    """A home of an earlier version, which holds a run of each world."""
-    with tarfile.open(OLD_HOME) as archive:
-        archive.extractall(tmp_path, filter="data")
-    opened = build_services(Settings(home=tmp_path / "home", port=0))
-    yield opened
-    opened.close()
-
-
-def test_a_run_is_scored_once_and_its_series_are_downloaded(services: Services) -> None:
-    client: Client = opened_client(services)
+def test_a_run_is_scored_once_and_its_series_are_downloaded(old_home: Services) -> None:
+    client: Client = opened_client(old_home)
     runs = {one["world"]: one for one in client.get("/api/v1/runs").json()}
     rigid, snake = runs["rigid"], runs["snake"]
     assert (rigid["mode"], rigid["score"]) == ("hands-on", None), "nobody has asked yet"
@@ -44,7 +28,7 @@ def test_a_run_is_scored_once_and_its_series_are_downloaded(services: Services) 
     path = f"/api/v1/runs/{rigid['id']}"
 
     score = client.get(f"{path}/score").json()
-    with services.runs.laid_out(rigid["id"]) as place:
+    with old_home.runs.laid_out(rigid["id"]) as place:
         run = Run.read(place)
     expected = score_run(run).to_dict()
     same = ("samples", "time_s", "contacts", "held_s", "mode", "certified", "whole", "lost", "led_by")
@@ -79,51 +63,51 @@ def test_a_run_is_scored_once_and_its_series_are_downloaded(services: Services) 
     page = client.get(f"{path}/report", params={"beside": rigid["id"]})
     assert page.headers["content-type"].startswith("text/html")
     assert f'filename="{rigid["id"]}-hands-on.html"' in page.headers["content-disposition"]
-    free = replace(services.runs.get(rigid["id"]), manifest={"world": "freehand", "mode": "freehand"})
+    free = replace(old_home.runs.get(rigid["id"]), manifest={"world": "freehand", "mode": "freehand"})
     assert report_name(free).endswith("-freehand-without-certificate.html"), "HAZ-41"
     odd = replace(free, manifest={"world": "freehand", "mode": 'a"\r\nb'})
     assert report_name(odd).endswith("-freehand-without-certificate.html"), "no word of a manifest is in a file's name"
     assert "Not for clinical use" in page.text
     assert client.get(f"{path}/report", params={"beside": snake["id"]}).status_code == 422
-    folder = services.runs.new_folder()
-    with services.runs.laid_out(rigid["id"]) as place:
+    folder = old_home.runs.new_folder()
+    with old_home.runs.laid_out(rigid["id"]) as place:
         shutil.copytree(place, folder)
-    again = services.runs.keep(folder, origin="page")
+    again = old_home.runs.keep(folder, origin="page")
     both = client.get(f"{path}/report", params={"beside": again.id})
     assert (both.status_code, "<h1>2 runs" in both.text, again.id in both.text) == (200, True, True)
 
     key = rigid["files"]["ticks.f64"]["sha256"]
-    services.sweep()
-    file = score_file(services.runs.get(rigid["id"]))
-    kept = services.store.derived.path(key, file)
+    old_home.sweep()
+    file = score_file(old_home.runs.get(rigid["id"]))
+    kept = old_home.store.derived.path(key, file)
     assert kept is not None
     changed = kept.read_text(encoding="utf-8").replace('"contacts": 0', '"contacts": "none"')
     for damage in ("{", "[]", "{}", '"x"', "null", '{"score": {}, "sha256": ""}', changed):
         kept.write_text(damage, encoding="utf-8")
-        assert RunScores(services.store, services.runs).known(services.runs.get(rigid["id"])) is None, damage
-    anew = RunScores(services.store, services.runs).of(rigid["id"])
-    assert anew == services.run_scores.of(rigid["id"])
+        assert RunScores(old_home.store, old_home.runs).known(old_home.runs.get(rigid["id"])) is None, damage
+    anew = RunScores(old_home.store, old_home.runs).of(rigid["id"])
+    assert anew == old_home.run_scores.of(rigid["id"])
     for run_id in (rigid["id"], again.id):
         assert client.delete(f"/api/v1/runs/{run_id}").status_code == 204
-    services.sweep()
-    assert services.store.derived.path(key, file) is None
+    old_home.sweep()
+    assert old_home.store.derived.path(key, file) is None
     client.close()
 
 
-def test_two_runs_of_the_same_steps_have_their_own_series_and_scores(services: Services) -> None:
+def test_two_runs_of_the_same_steps_have_their_own_series_and_scores(old_home: Services) -> None:
     """A scripted drive that is repeated, once after a structure was renamed: steps are equal, the rest is not."""
-    client: Client = opened_client(services)
-    rigid = next(one for one in services.runs.list() if one.world == "rigid")
+    client: Client = opened_client(old_home)
+    rigid = next(one for one in old_home.runs.list() if one.world == "rigid")
     kept = []
     for renamed in (None, "renamed"):
-        with services.runs.laid_out(rigid.id) as place:
-            folder = services.runs.new_folder()
+        with old_home.runs.laid_out(rigid.id) as place:
+            folder = old_home.runs.new_folder()
             shutil.copytree(place, folder)
         if renamed is not None:
             manifest = json.loads((folder / "manifest.json").read_text())
             manifest["spec"]["zones"][0]["name"] = renamed
             (folder / "manifest.json").write_text(json.dumps(manifest))
-        kept.append(services.runs.keep(folder, origin="study"))
+        kept.append(old_home.runs.keep(folder, origin="study"))
     first = rigid.manifest["spec"]["zones"][0]["name"]
     assert len({one.files["ticks.f64"].sha256 for one in (rigid, *kept)}) == 1
     for one, name in zip((rigid, *kept), (first, first, "renamed"), strict=True):
@@ -132,7 +116,7 @@ def test_two_runs_of_the_same_steps_have_their_own_series_and_scores(services: S
         assert name in series["structures"]
         score = client.get(f"/api/v1/runs/{one.id}/score").json()
         assert name in score["least_clearance_mm"]
-    again = RunScores(services.store, services.runs)
+    again = RunScores(old_home.store, old_home.runs)
     assert "renamed" in again.of(kept[1].id)["least_clearance_mm"]
     assert "renamed" not in again.of(rigid.id)["least_clearance_mm"]
     client.close()

@@ -2,33 +2,16 @@
 
 from __future__ import annotations
 
-import tarfile
-from collections.abc import Iterator
-from pathlib import Path
-
 import numpy as np
 import pytest
 from rest_client import Client, opened_client
 
 from app.drives.swept_file import HEADER
 from app.drives.swept_runs import FILE
-from app.services import Services, build_services
-from app.settings import Settings
+from app.services import Services
 from vfix_engine.runtime.run import Run
 from vfix_engine.study.series import series_of
 from vfix_engine.study.swept import SweptPoses, near_passes, swept_volume
-
-OLD_HOME = Path(__file__).resolve().parents[2] / "data" / "old_home" / "home.tar.xz"
-
-
-@pytest.fixture
-def services(tmp_path: Path) -> Iterator[Services]:
-    """A home of an earlier version, which holds a run of each world."""
-    with tarfile.open(OLD_HOME) as archive:
-        archive.extractall(tmp_path, filter="data")
-    opened = build_services(Settings(home=tmp_path / "home", port=0))
-    yield opened
-    opened.close()
 
 
 def parts_of(data: bytes) -> tuple[dict[str, float], list[np.ndarray]]:
@@ -44,19 +27,19 @@ def parts_of(data: bytes) -> tuple[dict[str, float], list[np.ndarray]]:
     return dict(zip(("reach", "least", "volume"), header["figures"].tolist(), strict=True)), arrays
 
 
-def test_the_swept_volume_of_a_run_is_made_once(services: Services) -> None:
-    client: Client = opened_client(services)
-    runs = {run.world: run for run in services.runs.list()}
+def test_the_swept_volume_of_a_run_is_made_once(old_home: Services) -> None:
+    client: Client = opened_client(old_home)
+    runs = {run.world: run for run in old_home.runs.list()}
     run_id = runs["rigid"].id
     path = f"/api/v1/runs/{run_id}/swept"
     assert client.get(path).status_code == 404
     job = client.post(path).json()
     assert (job["kind"], job["case_id"]) == ("swept", runs["rigid"].case_id)
-    assert services.jobs.wait(job["id"]).state == "done"
+    assert old_home.jobs.wait(job["id"]).state == "done"
     answer = client.get(path)
     assert answer.headers["x-notice"] == "Not for clinical use"
 
-    with services.runs.laid_out(run_id) as folder:
+    with old_home.runs.laid_out(run_id) as folder:
         run = Run.read(folder)
     poses = SweptPoses.of(series_of(run))
     volume, passes = swept_volume(poses), near_passes(run.arrays["vertices"], run.arrays["faces"], poses)
@@ -71,18 +54,18 @@ def test_the_swept_volume_of_a_run_is_made_once(services: Services) -> None:
     np.testing.assert_allclose(least[:, 0], passes.least_mm, atol=1e-5)
 
     key = runs["rigid"].files["ticks.f64"].sha256
-    stored = services.store.derived.path(key, FILE)
+    stored = old_home.store.derived.path(key, FILE)
     assert stored is not None
     made = stored.stat().st_mtime_ns
-    assert services.jobs.wait(client.post(path).json()["id"]).state == "done"
+    assert old_home.jobs.wait(client.post(path).json()["id"]).state == "done"
     assert stored.stat().st_mtime_ns == made, "it was there"
     stored.write_bytes(b"VFXW, cut off")
     assert client.get(path).status_code == 404
-    assert services.jobs.wait(client.post(path).json()["id"]).state == "done"
+    assert old_home.jobs.wait(client.post(path).json()["id"]).state == "done"
     assert client.get(path).content == answer.content
     assert client.delete(f"/api/v1/runs/{run_id}").status_code == 204
-    services.sweep()
-    assert services.store.derived.path(key, FILE) is None
+    old_home.sweep()
+    assert old_home.store.derived.path(key, FILE) is None
     for method in (client.post, client.get):
         assert method(path).status_code == 404
         refused = method(f"/api/v1/runs/{runs['snake'].id}/swept")
@@ -91,11 +74,11 @@ def test_the_swept_volume_of_a_run_is_made_once(services: Services) -> None:
 
 
 def test_a_data_folder_that_is_only_read_keeps_it_in_memory(
-    services: Services, monkeypatch: pytest.MonkeyPatch
+    old_home: Services, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run = next(run for run in services.runs.list() if run.world == "rigid")
-    monkeypatch.setattr(type(services.store), "writable", property(lambda store: False))
-    monkeypatch.setattr(services.store.scratch, "new_place", services.store.exports.new_place)
-    assert services.jobs.wait(services.swept_runs.start(run.id).id).state == "done"
-    assert services.swept_runs.known(run.id) is not None
-    assert services.store.derived.path(run.files["ticks.f64"].sha256, FILE) is None
+    run = next(run for run in old_home.runs.list() if run.world == "rigid")
+    monkeypatch.setattr(type(old_home.store), "writable", property(lambda store: False))
+    monkeypatch.setattr(old_home.store.scratch, "new_place", old_home.store.exports.new_place)
+    assert old_home.jobs.wait(old_home.swept_runs.start(run.id).id).state == "done"
+    assert old_home.swept_runs.known(run.id) is not None
+    assert old_home.store.derived.path(run.files["ticks.f64"].sha256, FILE) is None
