@@ -110,7 +110,7 @@ def beside_path(station: Workstation, series: Any) -> None:
     page.click("#show-path")
     expect(page.locator(".path-plots .u-over")).to_have_count(3)
     expect(page.locator(".path-plots figcaption").first).to_contain_text("path")
-    expect(page.locator(".path-plots figcaption").first).to_contain_text("beside")
+    expect(page.locator(".path-plots figcaption").first).to_contain_text("Beside: Hands-on")
     check(station, "a run beside its path")
     station.picture("review-path")
     way = page.locator(".path-plots .u-over").first
