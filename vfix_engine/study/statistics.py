@@ -23,7 +23,7 @@ LEAST_SUBJECTS = 2
 
 
 @dataclass(frozen=True)
-class Pair:
+class PairedTest:
     """One condition minus another, by subject.
 
     mean, ci95: of the differences, the interval by Student's t; d_z: mean / standard deviation of the differences.
@@ -47,7 +47,7 @@ class Pair:
         return {name: _finite(value) for name, value in values.items()}
 
 
-def pairs(values: Mapping[str, ArrayLike]) -> dict[str, Pair]:
+def pairs(values: Mapping[str, ArrayLike]) -> dict[str, PairedTest]:
     """Compare every two conditions, ``'a - b'``.
 
     values: by condition, the means (n,) of the same subjects in the same order; NaN where a subject has none, who is
@@ -65,7 +65,7 @@ def pairs(values: Mapping[str, ArrayLike]) -> dict[str, Pair]:
     out = {}
     for number, (name, d) in enumerate(found.items()):
         mean, spread = float(d.mean()), float(d.std(ddof=1))
-        out[name] = Pair(
+        out[name] = PairedTest(
             len(d), mean, mean_interval(d), mean / spread if spread else math.copysign(math.inf, mean),
             *tests[number], float(corrected_t[number]), float(corrected_w[number]),
         )  # fmt: skip

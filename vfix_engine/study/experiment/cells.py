@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 
 from ...arrays import Array
-from ..statistics import Pair
+from ..statistics import PairedTest
 
 SCHEMA = "vfix-evidence/1"
 Kind = Literal["fitted", "assumed", "predicted"]
@@ -64,7 +64,7 @@ def report(
     fitted: Mapping[str, Any],
     assumed: Mapping[str, Any],
     order_share: Mapping[str, Any],
-    pairs: Mapping[str, Mapping[str, Pair]],
+    pairs: Mapping[str, Mapping[str, PairedTest]],
     apparatus: int,
     more: Mapping[str, Any],
 ) -> dict[str, Any]:

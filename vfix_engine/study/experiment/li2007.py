@@ -14,7 +14,7 @@ import numpy as np
 from ...arrays import Array
 from ..error_chain.chain import FLE_MM
 from ..farm import run_all
-from ..statistics import Pair, pairs, share_interval
+from ..statistics import PairedTest, pairs, share_interval
 from .apparatus import apparatus
 from .cells import Cell, Kind, by_subject, report
 from .figures import Recorded, figures_of, means, table
@@ -121,7 +121,7 @@ def _of(name: str, values: Array, kind: Kind = "predicted", note: str = "") -> C
 def _table_1(
     found: Mapping[str, Mapping[str, Array]],
     with_lag: Mapping[str, Mapping[str, Array]],
-    compared: Mapping[str, Mapping[str, Pair]],
+    compared: Mapping[str, Mapping[str, PairedTest]],
 ) -> list[Cell]:
     hands, far = found["hands-on"], found["teleoperated"]
     error, time = compared["robot_error_mm"], compared["time_s"]
