@@ -27,5 +27,7 @@ def test_one_trial_of_the_user_of_li_2004(tmp_path: Path, capsys: pytest.Capture
     ],
 )
 def test_what_cannot_be_run_is_refused(arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["study", *arguments]) == 2
+    with pytest.raises(SystemExit) as ended:
+        main(["study", *arguments])
+    assert ended.value.code == 2
     assert words in capsys.readouterr().err
