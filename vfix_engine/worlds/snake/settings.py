@@ -13,8 +13,8 @@ from ...pathway.limits.link_bounds import BOUND_MM, LinkBounds
 from ...robots.snake import MOST_LINKS
 from ...validate import positive, whole, within
 
-Control = Literal["parameterised", "qp"]
-CONTROLS: tuple[Control, ...] = ("parameterised", "qp")
+Control = Literal["parameterised", "qp", "view"]
+CONTROLS: tuple[Control, ...] = ("parameterised", "qp", "view")
 _FINEST_MM = 0.01  # of a step or between two shapes: with smaller ones a drive takes hours
 _FINEST_S = 1e-5  # of a step
 _MOST_BENT = 0.5  # r: beyond it a tip does not count as straight
@@ -44,7 +44,8 @@ class DriveSettings:
     r_max: largest r, 1 at least; reoptimise_below: control bends are recomputed, and the tip is inserted, only while
         r is not larger; from 0 to 0.5.
     bends: control configurations, 4 or 8.
-    control: the paper's parameterised control, or the quadratic program.
+    control: the paper's parameterised control, the quadratic program, or the program that also turns the view to the
+        side to which the camera is pulled.
     contours, interpolated, angles: of the pathway; 1 angle gives circles. quantile: of the radii measured around a
         contour, which becomes a circle's radius.
     vertices_per_link: of the measured surface.

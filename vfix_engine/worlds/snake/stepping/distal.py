@@ -80,6 +80,8 @@ def bend(
         return state, Outcome("held", _no_bend(drive, state, q), "bends")
     cut = control.speed_limited or float(np.abs(target - q).max()) > (1.0 + SAME) * most
     state, outcome = _go(drive, state, q, target, most, False)
+    if outcome.name == "moved" and control.blocked:
+        return state, Outcome("shrunk", _no_bend(drive, state, state.pose.q[2 * drive.first :]), "bends")
     return state, too_fast(state) if cut and outcome.name == "moved" else outcome
 
 
