@@ -14,8 +14,8 @@ from ....pathway.limits.limits import beyond_text
 from ....robots.snake import SnakeModel
 from ....snake.control.parameterised import ParameterisedControl
 from ....snake.control.qp_drive import QpControl
-from ....snake.control.view_drive import ViewControl
 from ....snake.control.tip_control import TipControl
+from ....snake.control.view_drive import ViewControl
 from ....validate import real_array, within
 from ..settings import DriveSettings
 
