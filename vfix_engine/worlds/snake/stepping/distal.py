@@ -45,8 +45,17 @@ def needs_bends(state: SnakeState) -> bool:
     return isinstance(state.control, ParameterisedControl)
 
 
+def is_bent(drive: DriveConstants, state: SnakeState) -> bool:
+    """Whether the distal links are bent so far, or by their joints, that control bends cannot be found anew."""
+    distal, pose = 2 * drive.first, state.pose
+    r = state.control.bent(pose.q[distal:], pose.shape.q[distal:])
+    return state.by_joints or r > state.settings.reoptimise_below
+
+
 def ready_to_look(drive: DriveConstants, state: SnakeState) -> SnakeState:
     """With the control of the distal links ready here; bends that are planned elsewhere are adopted, not computed."""
+    if state.carried and not is_bent(drive, state):
+        state = state._replace(settled=False, carried=False)
     if state.settled or (drive.planner is None and needs_bends(state)):
         return state
     control = state.control.copy()
