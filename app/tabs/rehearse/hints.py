@@ -60,6 +60,8 @@ def _task_hint(mode: str, phase: str, targets: int) -> str:
         return "Hold ↑: the view point goes onto the target first."
     if mode == "free":
         return "Drag the sphere; A, D twist. The margin to bone is kept."
+    if phase == "approach":
+        return "Hold ↑: the tip goes straight to the path."
     if phase == "done" and targets:
         return "At the end of the path. Choose Inspect to see a target."
     return "Hold ↑ or W forwards, ↓ or S back, or drag the sphere."
