@@ -129,7 +129,7 @@ class Page {
     if (panel && this.anew) renderAnew(() => panel.update(state));
     else if (panel) panel.update(state);
     this.anew = false;
-    this.layouts.offer(!state.case || state.case.has_volume, (state.curve?.points.length ?? 0) > 1, current === "rehearse");
+    this.layouts.offer(!state.case || state.case.has_volume, (state.curve?.points.length ?? 0) > 1, current === "rehearse" || current === "review");
     this.scene.update(state);
     this.look.update(state);
     this.slices.update(state);

@@ -174,8 +174,8 @@ export class SceneFrame {
    * One processor draws both pictures: what is not looked at gives way.
    * @param {ViewModel} state
    */
-  restIfMust({ rehearsal }) {
-    const rests = this.software && this.layout === "endoscope" && rehearsal?.state === "running";
+  restIfMust({ rehearsal, step }) {
+    const rests = this.software && this.layout === "endoscope" && step?.name === "rehearse" && rehearsal?.state === "running";
     if (rests === this.rests) return;
     this.rests = rests;
     byId("scene-rests").hidden = !rests;
