@@ -14,15 +14,19 @@ export class ApproachRow {
     this.connection = connection;
     this.changed = whenChanged();
     this.selected = whenChanged();
-    this.point = ""; // id of the chosen path point; '' for a place in between
+    /** @type {string | null} id of the chosen path point, '' for a place in between, null before anything is */
+    this.point = null;
     this.mm = 0;
     this.element = h("div", { id: "approach" });
   }
 
   /** @param {ViewModel} state */
   update({ approach, plan, rehearsal }) {
-    const selected = approach?.points.find(({ id }) => id === plan?.selected);
-    this.selected([selected?.id, approach?.points], () => { if (selected) this.choose(selected.id, selected.at_mm); });
+    const points = approach?.points ?? [], selected = points.find(({ id }) => id === plan?.selected);
+    this.selected([selected?.id, points], () => {
+      const to = selected ?? (points.some(({ id }) => id === this.point) || this.point === "" ? undefined : points[0]);
+      if (to) this.choose(to.id, to.at_mm);
+    });
     const led = Boolean(approach) && rehearsal?.mode === "path";
     this.element.hidden = !led;
     if (approach && led) this.changed([approach, this.point, this.mm], () => this.render(approach));
@@ -32,7 +36,7 @@ export class ApproachRow {
   render({ points, length_mm: length, refusal }) {
     const off = refusal !== "";
     draw(this.element, html`
-      <div class="approach-row"><select id="approach-point" aria-label="Place to approach" ?disabled=${off} .value=${live(this.point)}
+      <div class="approach-row"><select id="approach-point" aria-label="Place to approach" ?disabled=${off} .value=${live(this.point ?? "")}
         @change=${(/** @type {Event} */ event) => this.take(event, points)}>
         ${points.map(({ id, label }) => html`<option value=${id} ?selected=${id === this.point}>${label}</option>`)}<option value="" ?selected=${this.point === ""}>In between</option></select>
       <input type="number" id="approach-mm" aria-label="Place to approach in mm along the path" min="0" max=${length} step=${STEP_MM} ?disabled=${off}

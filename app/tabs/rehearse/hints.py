@@ -73,8 +73,10 @@ def _freehand_hint(state: str, mine: bool, free: bool) -> str:
         return "The tool is being put at the entry, in your hand."
     if state == "absent":
         return "Press Start: the tool is put at the entry, in your hand."
-    if free or not mine:
+    if free:
         return ""
+    if not mine:
+        return "You watch a free hand. Pause stops the tool." if state in ("ready", "running", "paused") else ""
     if state == "ready":
         return "At the entry. Press Start. Nothing will keep the tool off bone."
     if state == "running":
