@@ -144,10 +144,11 @@ def series_of(run: Run, spec: SystemSpec | None = None) -> RunSeries:
 def _sides(samples: Samples, shaft: Array) -> Array:
     """The side (n, 3) of every pose, as ``ToolOfSnapshot.side`` says it; shaft: (n, 3) along the first part."""
     view = view_axes(samples.tool)
-    along = shaft / np.linalg.norm(shaft, axis=1, keepdims=True)
-    towards = samples.rotation @ (view[:, 2] - view[:, 1])
+    along: Array = shaft / np.linalg.norm(shaft, axis=1, keepdims=True)
+    towards: Array = samples.rotation @ (view[:, 2] - view[:, 1])
     across: Array = towards - (towards * along).sum(axis=1, keepdims=True) * along
-    return across / np.linalg.norm(across, axis=1, keepdims=True)
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    return across
 
 
 def _errors(samples: Samples, plane: PathPlane | None) -> tuple[Array, Array]:
