@@ -400,10 +400,23 @@ def test_one_click_changes_who_leads_the_tool_and_a_free_hand_is_told_in_colour(
     page.keyboard.up("ArrowUp")
     assert station.rehearsal()["control"]["device"] == "rate", "it stays chosen with the mouse and with keys"
 
+    page.fill("#approach-mm", "12")
+    page.press("#approach-mm", "Tab")
+    expect(page.locator("#approach-point")).to_have_value("")
+    page.click("#approach-go")
+    station.wait_for("the approach", lambda: station.rehearsal()["phase"] == "approach")
+    page.select_option("#approach-point", index=1)
+    expect(page.locator("#approach-mm")).to_have_value("10.7")
+    page.click("#approach-go")
+    arrived = lambda: station.rehearsal()["phase"] == "follow" and station.rehearsal()["progress_mm"] > 10.5  # noqa: E731
+    station.drive_until("ArrowUp", "its place on the path", arrived)
+    page.keyboard.up("ArrowUp")
+
     page.click("[data-control=freehand]")
     station.wait_for("the entry, in a free hand", lambda: station.rehearsal()["state"] == "ready", DRIVEN_S)
     expect(page.locator("#uncertified")).to_have_text("Without the certificate: nothing keeps the tool off bone.")
     expect(page.locator(".reading.alarm")).to_contain_text("without the certificate")
+    expect(page.locator("#approach")).to_contain_text("Nothing leads a free hand")
     assert station.rehearsal()["control"]["certified"] is False
     station.start()
     station.grab(PULL)

@@ -16,7 +16,7 @@ const score = (run) => ({
 });
 const series = (run) => ({
   run, mode: "hands-on", certified: true, structures: ["bone"], joints: [], radii_mm: [1], phases: ["follow"], t_s: [0.1, 0.2], tip: [[0, 0, 0], [0, 0, 1]],
-  segments: [[[0, 0, 5, 0, 0, 0]], [[0, 0, 6, 0, 0, 1]]], speed: [], clearance_mm: [[2, 1]], reach_mm: [3, 3], nearest: [0, 0], force_n: [1, 2], error_mm: [0.1, 0.2], progress_mm: [0, 1], phase: [0, 0], held: [0, 0],
+  segments: [[[0, 0, 5, 0, 0, 0]], [[0, 0, 6, 0, 0, 1]]], side: [[0, 1, 0], [0, 1, 0]], speed: [], clearance_mm: [[2, 1]], reach_mm: [3, 3], nearest: [0, 0], force_n: [1, 2], error_mm: [0.1, 0.2], progress_mm: [0, 1], phase: [0, 0], held: [0, 0],
 });
 
 /** A planner with two runs, whose answers the test may change or hold back. */

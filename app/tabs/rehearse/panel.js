@@ -7,6 +7,7 @@ import { holdButton } from "/static/js/hold.js";
 import { NearnessGauge } from "/static/js/nearness.js";
 import { say } from "/static/js/said.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
+import { ApproachRow } from "./approach.js";
 import { DeviceMenu } from "./device-menu.js";
 import { EndCard } from "./end-card.js";
 import { ModesGroup, WITHOUT, isFree } from "./modes.js";
@@ -77,6 +78,7 @@ export default class RehearsePanel {
     this.progress = h("div", { class: "progress" }, this.progressBar);
     this.progressWords = h("p", { class: "words" });
     this.soFar = h("p", { class: "words", id: "so-far", hidden: true });
+    this.approach = new ApproachRow(connection);
     this.controls = new ModesGroup(connection);
     this.rehearsalOptions = new OptionsGroup(connection);
     this.truth = new TruthGroup(connection);
@@ -94,7 +96,7 @@ export default class RehearsePanel {
       this.controls.element,
       group("Task", null, this.modes, this.target, this.modeWords,
         h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
-        this.progressWords, this.progress, this.soFar),
+        this.progressWords, this.progress, this.approach.element, this.soFar),
       group("Handle", null, this.leaseWords, this.leaseButton),
       this.devices.element,
       this.truth.element,
@@ -124,6 +126,7 @@ export default class RehearsePanel {
     const { state: drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed } = rehearsal;
     this.changedState([drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed, state.plan_use, targets.length, rehearsal.control], () => this.renderState(state, rehearsal, targets.length));
     this.renderProgress(rehearsal);
+    this.approach.update(state);
     say(this.unrecorded, rehearsal.unrecorded ? `Not recorded: ${rehearsal.unrecorded}` : "");
     this.unrecorded.hidden = !rehearsal.unrecorded;
     this.soFar.textContent = rehearsal.so_far ?? "";
@@ -179,11 +182,13 @@ export default class RehearsePanel {
   }
 
   /** @param {Partial<RehearsalSection>} rehearsal */
-  renderProgress({ mode, progress_mm: progress, length_mm: length }) {
+  renderProgress(rehearsal) {
+    const { mode, phase, progress_mm: progress, length_mm: length } = rehearsal;
     this.progress.hidden = this.progressWords.hidden = mode !== "path"; // elsewhere the place on the path is not followed
     const part = length ? Math.min(1, Math.max(0, (progress ?? 0) / length)) : 0;
     this.progressBar.style.width = `${(part * 100).toFixed(1)}%`;
-    this.progressWords.textContent = length ? `${fixed(progress, 1)} of ${mm(length)} along the path` : "";
+    const along = phase === "approach" && !isFree(rehearsal) ? "Approaches" : "";
+    this.progressWords.textContent = length ? `${along} ${fixed(progress, 1)} of ${mm(length)} along the path`.trim() : "";
   }
 
   /**
@@ -286,6 +291,7 @@ function modeWords(rehearsal, targets) {
   if (rehearsal.mode === "free") return "No path holds the tip. The margin to bone is kept. What is switched on below holds too.";
   if (rehearsal.mode === "inspect") return "Drag the handle: the tool swings about the target. The view point is brought onto it and stays there.";
   const lead = rehearsal.control?.mode === "teleoperated" ? "The device only sets how fast. " : "";
+  if (rehearsal.phase === "approach") return "Push: the tip goes straight to the path, then along it.";
   if (rehearsal.path_done && targets) return "At the end of the path. ‘Inspect’ looks at a target.";
   if (rehearsal.path_done) return "At the end of the path.";
   return `The tip is led along the path. ${lead}Forward and back need no aiming in depth. The tool is twisted in Free and Inspect.`;

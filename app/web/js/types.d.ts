@@ -970,11 +970,12 @@ export interface SettingField {
 /**
  * Selected options of the rehearsal; words: when they take effect, '' where they have.
  *
- * centre: None while the remote centre is off.
+ * centre: None while the remote centre is off. tube: None while that is off.
  */
 export interface OptionsSection {
   items: OptionView[];
   centre: CentreSection | null;
+  tube: TubeSection | null;
   words: string;
 }
 
@@ -1004,6 +1005,32 @@ export interface CentreSection {
 export interface CentreChoice {
   value: string;
   label: string;
+}
+
+/** Radius of the tube about the path, and the range that is offered; mm. */
+export interface TubeSection {
+  radius_mm: number;
+  lo: number;
+  hi: number;
+  step: number;
+}
+
+/**
+ * Places of the driven path that the tip can go to; length_mm: of the path.
+ *
+ * refusal: why none can be approached now, '' where one can.
+ */
+export interface ApproachSection {
+  points: ApproachPlace[];
+  length_mm: number;
+  refusal: string;
+}
+
+/** A path point that can be approached, and its arc length. */
+export interface ApproachPlace {
+  id: string;
+  label: string;
+  at_mm: number;
 }
 
 /** Axes (start, end) of the tool's parts from the tip on, and their radii; both empty without a robot. */
@@ -1812,7 +1839,8 @@ export interface HoldPublic {
  * The series of a run at 30 Hz at most, n samples of S tool parts, J joints and B structures; LPS mm.
  *
  * t_s (n): driven time. tip (n, 3). segments (n, S, 6): start and end of the axis of each part of the tool, from the
- * tip on; radii_mm (S). speed (J, n): of the joints. clearance_mm (B, n): least of each interval, null beyond
+ * tip on; radii_mm (S). side (n, 3): unit vector across the first part, to which a bend or lens points.
+ * speed (J, n): of the joints. clearance_mm (B, n): least of each interval, null beyond
  * reach_mm (n). nearest (n): number of the nearest structure, -1 for none within reach. force_n (n): of the hand.
  * error_mm (n): largest of each interval, of the path or of the target, null where there is none.
  * progress_mm (n): along the path. flat_mm (n, 2): the tip in the plane of the path; path_mm (m, 2): the path there,
@@ -1830,6 +1858,7 @@ export interface SeriesPublic {
   t_s: number[];
   tip: [number, number, number][];
   segments: number[][][];
+  side: [number, number, number][];
   speed: number[][];
   clearance_mm: ((number | null)[])[];
   reach_mm: number[];
@@ -1857,6 +1886,7 @@ export interface ProjectAnswer {
 
 /** What the server has said so far, by section; a section that it has not sent yet is undefined. */
 export interface ViewModel {
+  approach?: ApproachSection | null;
   camera?: CameraSection;
   case?: CaseSection | null;
   cases?: CasesSection;
@@ -2221,6 +2251,10 @@ export interface Commands {
   "registration.use": {
     used: boolean;
   };
+  "rehearsal.approach": {
+    point?: string | null;
+    at_mm?: number | null;
+  };
   "rehearsal.control": {
     mode: "freehand" | "hands-on" | "teleoperated";
     device?: "position" | "rate";
@@ -2246,6 +2280,7 @@ export interface Commands {
     speed_limit: boolean;
     centre_point?: string | null;
     centre_mm?: number | null;
+    tube_mm?: number | null;
   };
   "rehearsal.pause": {};
   "rehearsal.reset": {};

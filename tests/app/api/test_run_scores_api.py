@@ -44,6 +44,8 @@ def test_a_run_is_scored_once_and_its_series_are_downloaded(old_home: Services) 
     assert len(told["t_s"]) == len(told["segments"]) == len(told["speed"][0]) <= 30 * series.t[-1] + 1
     assert told["t_s"][-1] == pytest.approx(series.t[-1], abs=1e-4)
     assert np.array(told["segments"])[-1, 0, 3:] == pytest.approx(series.tip[-1], abs=1e-3)
+    shaft = np.diff(np.array(told["segments"])[:, 0].reshape(-1, 2, 3), axis=1)[:, 0]
+    assert np.abs((np.array(told["side"]) * shaft).sum(axis=1)).max() < 1e-3
     near = series.clearance[series.clearance < series.reach[:, None]]
     least = min((v for row in told["clearance_mm"] for v in row if v is not None), default=np.inf)
     assert least == pytest.approx(near.min(initial=np.inf), abs=1e-4)
