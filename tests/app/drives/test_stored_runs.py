@@ -111,6 +111,14 @@ def test_the_oldest_runs_give_way(store: Store, settings: Settings) -> None:
     assert [run.id for run in runs.list()] == ids[:0:-1]
 
 
+def test_a_teachers_run_does_not_give_way(store: Store, plans: PlanService, case: Case) -> None:
+    runs, plan = RunService(store, max_bytes=10_000), plans.create(case.id, "Plan")
+    first = kept(runs, 300, case_id=case.id, plan_id=plan.id)
+    runs.mark_teacher(first.id)
+    others = [kept(runs, ticks).id for ticks in (301, 302, 303)]
+    assert [run.id for run in runs.list()] == [others[2], others[1], first.id]
+
+
 @pytest.mark.parametrize("manifest", [None, "no json", "[]", '{"seed": NaN}', " " * (5 << 20)])
 def test_a_folder_without_a_run_is_refused(runs: RunService, settings: Settings, manifest: str | None) -> None:
     folder = written(runs)
