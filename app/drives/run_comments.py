@@ -63,7 +63,7 @@ class RunComments:
             first, t = clock_of(Run.read(folder))
         if not len(t) or not 0.0 <= at_s <= t[-1] + 0.05:  # as the page rounds its end
             end = t[-1] if len(t) else 0.0
-            raise InputError(f"a comment is at 0 to {end:.1f} s of this run, not at {at_s:g} s.")
+            raise InputError(f"this run lasts from 0 to {end:.1f} s; {at_s:g} s is outside of it.")
         return first + int(np.searchsorted(t, at_s, side="right")), round(min(at_s, float(t[-1])), 4)
 
 

@@ -6,6 +6,7 @@ Here the folder is split into files by hash, and restored for a reader. Nothing 
 
 from __future__ import annotations
 
+import hashlib
 import json
 import logging
 import secrets
@@ -216,12 +217,18 @@ class RunService:
 
     @contextmanager
     def laid_out(self, run_id: str) -> Iterator[Path]:
-        """The folder of a run as it was written, for a reader of runs; it is removed afterwards. Raises as `file`."""
-        names = self.get(run_id).files
+        """The folder of a run as it was written, for a reader of runs; it is removed afterwards.
+
+        Raises as `file`, and InputError for a file that has changed since it was recorded.
+        """
+        files = self.get(run_id).files
         place = self._store.scratch.new_place()
         try:
-            for name in names:
+            for name, file in files.items():
                 shutil.copyfile(self.file(run_id, name), place / name)
+                with (place / name).open("rb") as copy:
+                    if hashlib.file_digest(copy, "sha256").hexdigest() != file.sha256:
+                        raise InputError(f"{name} of the run has changed since it was recorded; delete the run.")
             yield place
         except OSError as error:
             raise StorageError(f"the run could not be laid out: {error.strerror or error}.") from error

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from onlooker import Onlooker
 from page_scripts import NO_ANTIALIASING
-from playwright.sync_api import Playwright, expect
+from playwright.sync_api import Page, Playwright, expect
 from workstation import DRIVEN_S, PATIENCE_MS, ROOT, TOKEN, VIEWPORT, Planner, Rest, Workstation, launch
 
 pytestmark = pytest.mark.browser
@@ -181,6 +181,46 @@ def test_one_window_holds_the_handle_and_the_other_watches(open_page: Open, rest
     seen = "motion, seen by the one who watches now"
     watcher.drive_until("ArrowUp", seen, lambda: driver.rehearsal()["progress_mm"] > 1.0)
     watcher.page.keyboard.up("ArrowUp")
+    commented_while_watched(driver, watcher, rest)
+
+
+def commented_while_watched(instructor: Workstation, trainee: Workstation, rest: Rest) -> None:
+    """Who watches comments on the drive; the other reads it, and it is at its time in Review."""
+    page, text = instructor.page, "Slower <b>past</b> the artery"
+    page.fill("#drive-comment", text)
+    page.keyboard.press("Enter")
+    expect(trainee.page.locator("#drive-comments li")).to_contain_text(text)
+    expect(trainee.page.locator("#notes")).to_contain_text(f"Comment: {text}")
+    expect(page.locator("#notes")).not_to_contain_text("Comment:")
+    expect(page.locator("#start")).to_have_text("Pause")
+    instructor.picture("instructor")
+    trainee.picture("trainee")
+    page.click("#start")
+    trainee.wait_for("the instructor's pause", lambda: trainee.rehearsal()["state"] == "paused")
+    trainee.page.click("#finish-run")
+    page.click("#run-replay")
+    mark = page.locator(".timeline-comments button")
+    expect(mark).to_have_attribute("title", text)
+    (said,) = rest.client.get(f"/api/v1/runs/{_reviewed(page)}/comments").json()
+    mark.click()
+    expect(page.locator(".timeline-time")).to_contain_text(f"{said['t_s']:.1f} / ")
+    page.fill("#run-comment", "Well held")
+    page.keyboard.press("Enter")
+    row = page.locator("#run-comments li").filter(has_text="Well held")
+    row.get_by_label("Change comment").click()
+    page.fill("#dialog input", "Held well")
+    page.keyboard.press("Enter")
+    expect(page.locator("#run-comments li")).to_have_count(2)
+    expect(mark).to_have_count(2)
+    instructor.picture("commented")
+    page.locator("#run-comments li").filter(has_text="Held well").get_by_label("Delete comment").click()
+    expect(mark).to_have_count(1)
+    assert [one["text"] for one in rest.client.get(f"/api/v1/runs/{_reviewed(page)}").json()["comments"]] == [text]
+
+
+def _reviewed(page: Page) -> str:
+    """Id of the run that is open in Review."""
+    return str(page.get_attribute("li[data-run][aria-current=true]", "data-run"))
 
 
 def test_the_tool_stands_still_when_the_page_freezes_in_the_middle_of_a_drag(

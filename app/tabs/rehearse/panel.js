@@ -7,6 +7,7 @@ import { holdButton } from "/static/js/hold.js";
 import { NearnessGauge } from "/static/js/nearness.js";
 import { say } from "/static/js/said.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
+import { CommentsGroup } from "./comments.js";
 import { DeviceMenu } from "./device-menu.js";
 import { EndCard } from "./end-card.js";
 import { ModesGroup, WITHOUT, isFree } from "./modes.js";
@@ -89,8 +90,10 @@ export default class RehearsePanel {
     this.tissueWords = h("p", { class: "words", hidden: true });
     this.unrecorded = h("p", { class: "words caution", id: "unrecorded", role: "status", hidden: true });
     this.endCard = new EndCard(connection);
+    this.comments = new CommentsGroup(connection);
     this.element = h("div", {}, this.endCard.element,
       group("Drive", null, this.words, this.unrecorded, this.registration.element, this.tissueWords, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
+      this.comments.element,
       this.controls.element,
       group("Task", null, this.modes, this.target, this.modeWords,
         h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
@@ -110,6 +113,7 @@ export default class RehearsePanel {
     this.changedTargets([targets], () => this.renderTargets(targets));
     this.preselect(state, targets);
     this.endCard.update(state);
+    this.comments.update(state);
     this.registration.update(state);
     const live = isLive(rehearsal);
     const adjustable = live && Boolean(rehearsal.mine);

@@ -9,7 +9,7 @@ import { pathPlotsOf } from "./path-plots.js";
 import { SPEEDS, STEP_S } from "./player.js";
 import { plotsOf } from "./plots.js";
 
-/** @import { ScorePublic } from "/static/js/types.js" */
+/** @import { CommentPublic, ScorePublic } from "/static/js/types.js" */
 /** @import { Player } from "./player.js" */
 
 const PLAY = "M4.5 3v10l8-5z", PAUSE = "M5 3v10M11 3v10";
@@ -28,6 +28,8 @@ export class Dock {
     this.shows = /** @type {Shown} */ (recall("review-dock", SHOWN.map(([what]) => what), "plots"));
     /** @type {ScorePublic | null} */
     this.score = null;
+    /** @type {CommentPublic[]} */
+    this.comments = [];
     this.bar = h("div", { class: "timeline" });
     this.body = h("div", { class: "review-body", tabIndex: 0, role: "region", "aria-label": "Plots and comparison" });
     this.element = h("section", { class: "review-dock", "aria-label": "Run over time" }, this.bar, this.body);
@@ -37,9 +39,12 @@ export class Dock {
     this.render();
   }
 
-  /** @param {ScorePublic | null} score of the run that is played */
-  marks(score) {
-    this.score = score;
+  /**
+   * @param {ScorePublic | null} score of the run that is played
+   * @param {CommentPublic[]} [comments] on it
+   */
+  marks(score, comments = []) {
+    Object.assign(this, { score, comments });
     this.render();
   }
 
@@ -65,6 +70,8 @@ export class Dock {
         <div class="timeline-marks" aria-hidden="true">${this.score && end ? feltHolds(this.score).map(({ t_s: at, duration_s: length, kind }) => html`<i data-kind=${kind === "contact" ? "contact" : "hold"} style="left: ${(100 * at) / end}%; width: ${(100 * length) / end}%"></i>`) : nothing}</div>
         <input type="range" id="run-time" min="0" max=${end || 1} step=${STEP_S} .value=${live(String(player.t))} ?disabled=${!main} aria-label="Time of the run" aria-valuetext="${fixed(player.t, 1)} of ${fixed(end, 1)} s"
           @input=${(/** @type {Event} */ { currentTarget }) => this.scrub(Number(/** @type {HTMLInputElement} */ (currentTarget).value))}>
+        <div class="timeline-comments">${end ? this.comments.filter(({ t_s: t }) => t !== null).map(({ t_s: t, text }) => html`<button type="button" class="plain" tabindex="-1" style="left: ${(100 * (t ?? 0)) / end}%"
+          title=${text} aria-label="Comment at ${fixed(t, 1)} s" @click=${() => this.scrub(t ?? 0)}></button>`) : nothing}</div>
       </div>
       <span class="timeline-time number">${fixed(player.t, 1)} / ${fixed(end, 1)} s</span>
       <select id="run-speed" aria-label="Speed" @change=${(/** @type {Event} */ { currentTarget }) => { player.speed = Number(/** @type {HTMLSelectElement} */ (currentTarget).value); }}>

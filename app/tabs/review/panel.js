@@ -6,6 +6,7 @@ import { takeRunRequest } from "/static/js/open-run.js";
 import { feltHolds, holdList, learningPart, modeLine, scoreFacts } from "/static/js/run-score.js";
 import { isUncertified, lastOf, markTeacher, modeWord, runName, runsOf, saveReport, scoreOf, seriesOfRun, shortOf } from "/static/js/runs.js";
 import { draw, html, live, nothing, titled } from "/static/js/template.js";
+import { RunComments } from "./comments.js";
 import { Dock } from "./dock.js";
 import { ExportMenu } from "./export-menu.js";
 import { InScene } from "./in-scene.js";
@@ -29,7 +30,10 @@ export default class ReviewPanel {
     this.exports = new ExportMenu();
     this.curve = new LearningCurve();
     this.laid = new InScene();
-    this.element = h("div", {}, this.list.element, this.about, this.laid.element, this.exports.element);
+    this.comments = new RunComments(this.player, {
+      changed: (run, comments) => this.commented(run, comments), failed: (error) => { this.tell(error); this.render(); }, goTo: (t) => this.goTo(t),
+    });
+    this.element = h("div", {}, this.list.element, this.about, this.comments.element, this.laid.element, this.exports.element);
     this.overlay = this.dock.element;
     /** @type {string | null} */
     this.caseId = null;
@@ -181,6 +185,13 @@ export default class ReviewPanel {
     this.render();
   }
 
+  /** @param {string} id @param {RunTitle["comments"]} comments */
+  commented(id, comments) {
+    this.trouble = "";
+    this.runs = this.runs.map((run) => (run.id === id ? { ...run, comments } : run));
+    this.render();
+  }
+
   /** @param {string | null} id */
   planName = (id) => (id === null ? "no plan" : this.connection.state.plans?.items.find((plan) => plan.id === id)?.name ?? "a plan that is gone");
 
@@ -192,7 +203,9 @@ export default class ReviewPanel {
     this.exports.of(run?.id ?? null);
     if (run) draw(this.about, this.result(run, score));
     this.laid.of(this.shown ? this.laidRuns(run) : []);
-    this.dock.marks(score ?? null);
+    const played = run && this.player.main?.run.id === run.id ? run : null;
+    this.comments.of(played);
+    this.dock.marks(score ?? null, played?.comments ?? []);
     const scored = [open, ...beside].flatMap((id) => {
       const one = runs.find((title) => title.id === id), its = this.scores.get(id ?? "");
       return one && its ? [{ run: one, score: its }] : [];

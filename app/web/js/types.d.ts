@@ -901,10 +901,18 @@ export interface RehearsalSection {
   holder: string | null;
   can_take: boolean;
   unrecorded: string | null;
+  comments: CommentView[];
   control: ControlView;
   contacts: ContactView[];
   plan_changed: boolean;
   target_id: string | null;
+}
+
+/** A comment on a drive, at a driven time. */
+export interface CommentView {
+  id: string;
+  t_s: number | null;
+  text: string;
 }
 
 /**
@@ -1667,7 +1675,7 @@ export interface TracedPublic {
  * whole is false, and ticks and lost are null, for an interrupted run.
  * pierced: what the tool pierced while it was driven; null where that was not measured.
  * score: null where nobody has asked for it yet, see `/runs/{run_id}/score`, and where there is none.
- * teacher: whether it is marked as the teacher's, of which a plan has one at most.
+ * teacher: whether it is marked as the teacher's, of which a plan has one at most. comments: in the order of time.
  */
 export interface RunTitle {
   id: string;
@@ -1686,6 +1694,7 @@ export interface RunTitle {
   score: ShortScore | null;
   files: Record<string, RunFilePublic>;
   teacher: boolean;
+  comments: CommentPublic[];
 }
 
 /**
@@ -1724,6 +1733,19 @@ export interface ShortScore {
 export interface RunFilePublic {
   sha256: string;
   size_bytes: number;
+}
+
+/**
+ * A comment. t_s: driven time since the last return to the start; null where the tool was returned after it.
+ *
+ * step: number of recorded steps before it.
+ */
+export interface CommentPublic {
+  id: string;
+  t_s: number | null;
+  step: number;
+  text: string;
+  written: string;
 }
 
 /**
@@ -2220,6 +2242,9 @@ export interface Commands {
   };
   "registration.use": {
     used: boolean;
+  };
+  "rehearsal.comment": {
+    text: string;
   };
   "rehearsal.control": {
     mode: "freehand" | "hands-on" | "teleoperated";

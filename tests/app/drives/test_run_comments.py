@@ -87,7 +87,7 @@ def test_what_is_no_comment_is_refused(
         with pytest.raises(InputError):
             comments.add(run.id, 0.0, text)
     for at in (-0.1, 1.2, 1e300):
-        with pytest.raises(InputError, match=r"0 to 1\.0 s"):
+        with pytest.raises(InputError, match=r"from 0 to 1\.0 s"):
             comments.add(run.id, at, "late")
     for odd in (float("nan"), float("inf")):
         with pytest.raises(PlanError, match="finite"):

@@ -66,6 +66,16 @@ def test_a_run_comes_back_byte_for_byte(
     assert len(stored(settings)) == 6
 
 
+@pytest.mark.parametrize("name", FILES)
+def test_a_stored_run_whose_file_has_changed_is_refused(runs: RunService, name: str) -> None:
+    run = kept(runs)
+    path = runs.file(run.id, name)
+    path.chmod(0o600)
+    path.write_bytes(path.read_bytes() + b" ")
+    with pytest.raises(InputError, match=f"{name} of the run has changed since it was recorded"), runs.laid_out(run.id):
+        pass
+
+
 def test_a_run_that_was_cut_off_is_kept_as_such(runs: RunService) -> None:
     run = runs.keep(written(runs, whole=False), origin="page")
     assert (run.whole, run.case_id, set(run.files)) == (False, None, set(FILES) - {"end.json"})
