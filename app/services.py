@@ -114,6 +114,7 @@ class Services:
         self.suggestions = Suggestions(jobs, cases, instruments, self.distance_fields, planning, options)
 
     def _add_drives(self) -> None:
+        from app.assignments.service import Assignments
         from app.drives.recordings import Recordings
         from app.drives.run_comments import RunComments
         from app.drives.run_scores import RunScores
@@ -127,6 +128,7 @@ class Services:
         self.swept_runs = SweptRuns(self.store, self.runs, self.jobs)
         self.recordings = Recordings(self.jobs, self.runs, self.run_scores)
         self.live = LiveBoard()
+        self.assignments = Assignments(self.store, self.cases, self.plans, self.runs, self.run_scores)
 
     def _add_exchange(self) -> None:
         """What leaves the planner, and archives that come back."""

@@ -6,6 +6,7 @@ from fastapi import APIRouter
 
 from app.api import (
     archives,
+    assignments,
     cases,
     endoscope,
     jobs,
@@ -73,6 +74,7 @@ for part in (
     run_exports,
     run_scores,
     run_swept,
+    assignments,
 ):
     router.include_router(part.router)
 
