@@ -18,13 +18,18 @@ router = APIRouter(prefix="/assignments", tags=["assignments"], responses=ERRORS
 _FORM = form_of({"file": ".json, see docs/formats.md"}, {}, frame=False)
 
 
-class CriterionPublic(BaseModel):
-    """A criterion of one run; value: null where the run has none."""
+class AskedPublic(BaseModel):
+    """A criterion: 'max_' and 'min_' of its name say which limit it is, without either the value is the limit."""
 
     name: str
     label: str
     unit: str
     limit: bool | float
+
+
+class CriterionPublic(AskedPublic):
+    """A criterion of one run; value: null where the run has none."""
+
     value: bool | float | None
     passed: bool
 
@@ -50,6 +55,7 @@ class ResultsPublic(BaseModel):
     mode: str
     since: str
     wanted: int
+    criteria: list[AskedPublic]
     runs: list[RunResultPublic]
     passed: int
     complete: bool

@@ -16,13 +16,19 @@ Score = dict[str, Any]  # as `RunScores.of` has it
 
 
 @dataclass(frozen=True)
-class CriterionResult:
-    """A criterion of one run. value: None where the run has none, such as a target error without a target."""
+class AskedCriterion:
+    """A criterion of an assignment, with its name in files and in words."""
 
     name: str
     label: str
     unit: str
     limit: float | bool
+
+
+@dataclass(frozen=True)
+class CriterionResult(AskedCriterion):
+    """A criterion of one run. value: None where the run has none, such as a target error without a target."""
+
     value: float | bool | None
     passed: bool
 
@@ -47,6 +53,7 @@ class Results:
     mode: str
     since: str
     wanted: int
+    criteria: tuple[AskedCriterion, ...]
     runs: tuple[RunResult, ...]
 
     @property
@@ -64,13 +71,17 @@ class Results:
         return asdict(self) | {"passed": self.passed, "complete": self.complete}
 
 
+def asked(criteria: Criteria) -> tuple[AskedCriterion, ...]:
+    """What is asked for, in the order of a score."""
+    return tuple(AskedCriterion(name, *CRITERIA[name][:2], limit) for name, limit in criteria.asked().items())
+
+
 def judged(criteria: Criteria, run: str, recorded: str, score: Score | None, trouble: str = "") -> RunResult:
     """One run by its score; None where it cannot be scored, and why."""
     found = []
-    for name, limit in criteria.asked().items():
-        label, unit, of = CRITERIA[name]
-        value = None if score is None else of(score)
-        found.append(CriterionResult(name, label, unit, limit, value, _passes(name, limit, value)))
+    for one in asked(criteria):
+        value = None if score is None else CRITERIA[one.name][2](score)
+        found.append(CriterionResult(**vars(one), value=value, passed=_passes(one.name, one.limit, value)))
     return RunResult(run, recorded, tuple(found), all(one.passed for one in found), trouble)
 
 
@@ -78,8 +89,7 @@ def results_csv(results: Results) -> str:
     """A line a run: its id, when it was recorded, value, limit and result of each criterion, and of all."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    shown = results.runs[0].criteria if results.runs else ()
-    heads = [f"{one.name} {what}" for one in shown for what in ("value", "limit", "passed")]
+    heads = [f"{one.name} {what}" for one in results.criteria for what in ("value", "limit", "passed")]
     writer.writerow(["run", "recorded", *heads, "passed"])
     for run in results.runs:
         cells = [cell for one in run.criteria for cell in (_cell(one.value), _cell(one.limit), _cell(one.passed))]
@@ -91,7 +101,7 @@ def results_lines(results: Results) -> list[str]:
     """The table as lines of text."""
     if not results.runs:
         return ["no run of this plan and mode since then"]
-    labels = [f"{one.label}{f', {one.unit}' if one.unit else ''}" for one in results.runs[0].criteria]
+    labels = [f"{one.label}{f', {one.unit}' if one.unit else ''}" for one in results.criteria]
     rows: list[Sequence[str]] = [("run", "recorded", *labels, "passed")]
     for run in results.runs:
         cells = [

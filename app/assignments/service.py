@@ -8,7 +8,7 @@ from typing import Any
 from app.assignments.content import Assignment
 from app.assignments.file import AssignmentFile, read_assignment
 from app.assignments.kind import ASSIGNMENT
-from app.assignments.results import Results, RunResult, judged
+from app.assignments.results import Results, RunResult, asked, judged
 from app.cases.service import CaseService
 from app.documents import Document
 from app.documents.documents import Documents
@@ -74,7 +74,8 @@ class Assignments:
     def _results(self, name: str, content: Assignment, since: str) -> Results:
         runs = [run for run in self._runs.list(plan_id=content.plan_id)[::-1] if _counts(run, content, since)]
         judged_runs = tuple(self._judged(content, run) for run in runs)
-        return Results(name, content.plan_id, content.mode, since, content.runs, judged_runs)
+        criteria = asked(content.criteria)
+        return Results(name, content.plan_id, content.mode, since, content.runs, criteria, judged_runs)
 
     def _judged(self, content: Assignment, run: StoredRun) -> RunResult:
         try:

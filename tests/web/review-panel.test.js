@@ -25,6 +25,7 @@ function planner() {
   const runs = ["one", "two"].map(title);
   const answers = new Map();
   const answer = (path) => {
+    if (path.endsWith("/assignments")) return { status: 200, body: [] };
     const [, run, what] = path.match(/runs\/(\w+)\/(\w+)/) ?? [];
     return answers.get(`${run} ${what}`) ?? { status: 200, body: run ? (what === "score" ? score(run) : series(run)) : runs };
   };

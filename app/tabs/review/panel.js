@@ -1,4 +1,5 @@
 // Review: which runs there are, what the open one is worth, and how it went, replayed and plotted.
+import { assignment } from "/static/js/assignments.js";
 import { h } from "/static/js/dom.js";
 import { jobWatch } from "/static/js/jobs.js";
 import { LearningCurve } from "/static/js/learning-curve.js";
@@ -24,7 +25,7 @@ export default class ReviewPanel {
   constructor({ connection, keys }) {
     this.connection = connection;
     this.player = new Player();
-    this.dock = new Dock(this.player);
+    this.dock = new Dock(this.player, (run) => this.open(run));
     this.list = new RunsList({ open: (id) => this.open(id), toggle: (id) => this.toggle(id) });
     this.about = h("div", { class: "group", id: "run-score", hidden: true });
     this.exports = new ExportMenu();
@@ -66,6 +67,7 @@ export default class ReviewPanel {
   update(state) {
     const head = state.case?.id ?? null;
     const request = takeRunRequest();
+    assignment.follow(state);
     if (head !== this.caseId) {
       Object.assign(this, { caseId: head, runs: [], openId: null, beside: [], trouble: "" });
       for (const known of [this.scores, this.series, this.troubles]) known.clear();

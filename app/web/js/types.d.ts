@@ -1872,6 +1872,59 @@ export interface JointPublic {
   unit: string;
 }
 
+/** What a file says to set up. case_id, plan_id: of the plan to drive; preset: null for any. */
+export interface AssignmentOpened {
+  id: string;
+  case_id: string;
+  plan_id: string;
+  mode: "freehand" | "hands-on" | "teleoperated";
+  preset: "li2004" | "li2007" | null;
+}
+
+/**
+ * Results of an assignment, its runs the oldest first. passed: number of runs that passed every criterion.
+ *
+ * since: runs before it do not count. wanted: how many have to pass; complete: as many have.
+ */
+export interface ResultsPublic {
+  name: string;
+  plan_id: string;
+  mode: string;
+  since: string;
+  wanted: number;
+  criteria: AskedPublic[];
+  runs: RunResultPublic[];
+  passed: number;
+  complete: boolean;
+}
+
+/** A criterion: 'max_' and 'min_' of its name say which limit it is, without either the value is the limit. */
+export interface AskedPublic {
+  name: string;
+  label: string;
+  unit: string;
+  limit: boolean | number;
+}
+
+/** A run of an assignment; trouble: why it cannot be scored, '' where it can. */
+export interface RunResultPublic {
+  run: string;
+  recorded: string;
+  criteria: CriterionPublic[];
+  passed: boolean;
+  trouble: string;
+}
+
+/** A criterion of one run; value: null where the run has none. */
+export interface CriterionPublic {
+  name: string;
+  label: string;
+  unit: string;
+  limit: boolean | number;
+  value: boolean | number | null;
+  passed: boolean;
+}
+
 /** Positions on the canvas as fractions of its size, None for one behind the camera; None without a camera. */
 export interface ProjectAnswer {
   places: ([number, number] | null)[] | null;

@@ -15,7 +15,7 @@ from rest_client import Client, opened_client
 
 from app.assignments.content import Criteria
 from app.assignments.file import MAX_BYTES, read_assignment
-from app.assignments.results import CRITERIA, Results, judged, results_csv, results_lines
+from app.assignments.results import CRITERIA, Results, asked, judged, results_csv, results_lines
 from app.cli import main
 from app.kit.errors import NotFound, TooLarge
 from app.services import Services
@@ -87,7 +87,7 @@ def test_the_table_has_a_line_for_each_run() -> None:
         judged(criteria, "run-1", "2026-01-01T10:00:00", SCORE),
         judged(criteria, "run-2", "2026-01-02", None, "gone"),
     )
-    results = Results("A", "plan", "hands-on", "", 1, runs)
+    results = Results("A", "plan", "hands-on", "", 1, asked(criteria), runs)
     assert (results.passed, results.complete) == (0, False)
     assert replace(results, wanted=0).complete
     head, one, two = csv.reader(io.StringIO(results_csv(results)))
