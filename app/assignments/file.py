@@ -60,7 +60,7 @@ def read_assignment(data: bytes) -> AssignmentFile:
     check_name(read.name, "assignment's name")
     plan = read.plan
     if bool(plan.id) == bool(plan.name) or bool(plan.name) != bool(plan.case):
-        raise InputError("the assignment's plan is named by its 'id', or by its 'name' and 'case'.")
+        raise InputError("name the assignment's plan by 'id', or by 'name' and 'case'.")
     for text in (plan.id, plan.name, plan.case):
         if text:
             check_name(text, "name of the assignment's plan")

@@ -92,13 +92,13 @@ export function limitWords({ name, limit, unit }) {
 export function valueWords({ value, unit }) {
   if (value === null) return "–";
   if (typeof value === "boolean") return value ? "yes" : "no";
-  return fixed(value, Number.isInteger(value) && !unit ? 0 : Math.abs(value) < 1 ? 3 : 1);
+  return fixed(value, Number.isInteger(value) && !unit ? 0 : unit === "s" ? 1 : Math.abs(value) < 1 ? 3 : 1);
 }
 
 /** @param {(AskedPublic | CriterionPublic)[]} criteria with values: whether each was reached */
 export function criteriaList(criteria) {
   return html`<dl class="facts criteria">${criteria.map((one) => {
     const judged = "value" in one;
-    return html`<dt>${one.label}</dt><dd data-passed=${judged ? String(one.passed) : ""}>${judged ? `${one.passed ? "✓" : "✗"} ${valueWords(one)}, ` : ""}${limitWords(one)}</dd>`;
+    return html`<dt>${one.label}</dt><dd data-passed=${judged ? String(one.passed) : ""}>${judged ? `${one.passed ? "✓" : "✗"} ${valueWords(one)}` : ""}${typeof one.limit === "boolean" && judged ? "" : `${judged ? ", " : ""}${limitWords(one)}`}</dd>`;
   })}</dl>`;
 }
