@@ -13,7 +13,8 @@ test("limits and values in words", () => {
   assert.equal(limitWords(time), "≤ 60 s");
   assert.equal(limitWords({ name: "min_clearance_mm", label: "Least clearance", unit: "mm", limit: 0.3 }), "≥ 0.3 mm");
   assert.equal(limitWords({ name: "completed", label: "Path completed", unit: "", limit: true }), "yes");
-  assert.deepEqual([12.345, 0.0123, null, true].map((value) => valueWords({ ...time, value, passed: true })), ["12.3", "0.012", "–", "yes"]);
+  assert.deepEqual([12.345, 0.0123, null, true].map((value) => valueWords({ ...time, unit: "mm", value, passed: true })), ["12.3", "0.012", "–", "yes"]);
+  assert.equal(valueWords({ ...time, value: 0.323, passed: true }), "0.3");
   assert.equal(valueWords({ ...time, unit: "", value: 3, passed: true }), "3");
 });
 
