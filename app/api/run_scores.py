@@ -196,4 +196,4 @@ def _to_report(services: Services, run_id: str) -> RunToReport:
         run = Run.read(place)
     plans = {one.id: one.name for one in services.plans.titles(include_deleted=True)}
     case = "" if stored.case_id is None else services.cases.get(stored.case_id).name
-    return RunToReport(run, run_id, plans.get(stored.plan_id or "", ""), case, stored.recorded)
+    return RunToReport(run, run_id, plans.get(stored.plan_id or "", ""), case, stored.recorded, stored.comments)

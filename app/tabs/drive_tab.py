@@ -134,6 +134,8 @@ class DriveTab(Tab, Generic[P, T]):
         drive = self.need_drive()
         if isinstance(command, c.DriveCommand):
             self._drive(drive, command.type)
+        elif isinstance(command, c.Comment):
+            drive.comment(command.text)
         elif isinstance(command, c.SetDriveSettings):
             self.need_instructor()
             if self.now.prepared is None:  # they would be lost
@@ -271,7 +273,7 @@ class DriveTab(Tab, Generic[P, T]):
         """Changes with whatever :meth:`drive_section` tells, and with the snapshots that were read before."""
         now = self.now
         told = now.state, now.words, now.mine, now.holder, now.unrecorded, now.requested, now.hand_lost
-        how = now.control, now.preset
+        how = now.control, now.preset, now.comments
         return self.reads, Same(now.snapshot), Same(now.prepared), *told, *how, self.client
 
     def drive_section(self) -> DriveSection:

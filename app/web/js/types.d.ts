@@ -901,10 +901,18 @@ export interface RehearsalSection {
   holder: string | null;
   can_take: boolean;
   unrecorded: string | null;
+  comments: CommentView[];
   control: ControlView;
   contacts: ContactView[];
   plan_changed: boolean;
   target_id: string | null;
+}
+
+/** A comment on a drive, at a driven time. */
+export interface CommentView {
+  id: string;
+  t_s: number | null;
+  text: string;
 }
 
 /**
@@ -1694,7 +1702,7 @@ export interface TracedPublic {
  * whole is false, and ticks and lost are null, for an interrupted run.
  * pierced: what the tool pierced while it was driven; null where that was not measured.
  * score: null where nobody has asked for it yet, see `/runs/{run_id}/score`, and where there is none.
- * teacher: whether it is marked as the teacher's, of which a plan has one at most.
+ * teacher: whether it is marked as the teacher's, of which a plan has one at most. comments: in the order of time.
  */
 export interface RunTitle {
   id: string;
@@ -1713,6 +1721,7 @@ export interface RunTitle {
   score: ShortScore | null;
   files: Record<string, RunFilePublic>;
   teacher: boolean;
+  comments: CommentPublic[];
 }
 
 /**
@@ -1751,6 +1760,19 @@ export interface ShortScore {
 export interface RunFilePublic {
   sha256: string;
   size_bytes: number;
+}
+
+/**
+ * A comment. t_s: driven time since the last return to the start; null where the tool was returned after it.
+ *
+ * step: number of recorded steps before it.
+ */
+export interface CommentPublic {
+  id: string;
+  t_s: number | null;
+  step: number;
+  text: string;
+  written: string;
 }
 
 /**
@@ -1877,6 +1899,59 @@ export interface SeriesPublic {
 export interface JointPublic {
   name: string;
   unit: string;
+}
+
+/** What a file says to set up. case_id, plan_id: of the plan to drive; preset: null for any. */
+export interface AssignmentOpened {
+  id: string;
+  case_id: string;
+  plan_id: string;
+  mode: "freehand" | "hands-on" | "teleoperated";
+  preset: "li2004" | "li2007" | null;
+}
+
+/**
+ * Results of an assignment, its runs the oldest first. passed: number of runs that passed every criterion.
+ *
+ * since: runs before it do not count. wanted: how many have to pass; complete: as many have.
+ */
+export interface ResultsPublic {
+  name: string;
+  plan_id: string;
+  mode: string;
+  since: string;
+  wanted: number;
+  criteria: AskedPublic[];
+  runs: RunResultPublic[];
+  passed: number;
+  complete: boolean;
+}
+
+/** A criterion: 'max_' and 'min_' of its name say which limit it is, without either the value is the limit. */
+export interface AskedPublic {
+  name: string;
+  label: string;
+  unit: string;
+  limit: boolean | number;
+}
+
+/** A run of an assignment; trouble: why it cannot be scored, '' where it can. */
+export interface RunResultPublic {
+  run: string;
+  recorded: string;
+  criteria: CriterionPublic[];
+  passed: boolean;
+  trouble: string;
+}
+
+/** A criterion of one run; value: null where the run has none. */
+export interface CriterionPublic {
+  name: string;
+  label: string;
+  unit: string;
+  limit: boolean | number;
+  value: boolean | number | null;
+  passed: boolean;
 }
 
 /** Positions on the canvas as fractions of its size, None for one behind the camera; None without a camera. */
@@ -2254,6 +2329,9 @@ export interface Commands {
   "rehearsal.approach": {
     point?: string | null;
     at_mm?: number | null;
+  };
+  "rehearsal.comment": {
+    text: string;
   };
   "rehearsal.control": {
     mode: "freehand" | "hands-on" | "teleoperated";
