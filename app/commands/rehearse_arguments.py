@@ -53,6 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--preset", choices=tuple(PRESETS), help="a paper's printed parameters")
     parser.add_argument("--approach", type=float, metavar="MM", help="the path's point that is approached first")
     parser.add_argument("--tube", type=float, metavar="MM", help="the tip stays within this distance of the path")
+    parser.add_argument("--depth-stop", type=float, metavar="MM", help="the tip stays within this past the path's end")
     parser.add_argument("--speed-limit", action="store_true", help="the tip's speed and turn are limited")
     parser.add_argument("--view-distance", type=float, help="r in mm: how far ahead of the tip the view's point is")
     parser.add_argument("--steps", type=positive, help="steps of pushing, or of swinging in inspection")

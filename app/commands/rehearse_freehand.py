@@ -47,6 +47,7 @@ def check_options(args: argparse.Namespace) -> None:
         "--speed-limit": args.speed_limit,
         "--approach": args.approach is not None,
         "--tube": args.tube is not None,
+        "--depth-stop": args.depth_stop is not None,
         "--margin": args.margin is not None,
     }
     wrong = [name for name, given in robots.items() if given]

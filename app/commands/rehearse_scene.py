@@ -139,6 +139,7 @@ def _options(plan: Plan, args: argparse.Namespace) -> RehearsalOptions:
         remote_centre=args.remote_centre is not None,
         speed_limit=args.speed_limit,
         tube_mm=args.tube,
+        stop_mm=args.depth_stop,
         centre=place,
     )
 

@@ -12,22 +12,30 @@ from app.planning.remote_centre import ENTRY, PathPlace, centre_at, path_of, pla
 from app.plans.model import Plan
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.files.volume import Volume
+from vfix_engine.geometry.path import SplinePath
+from vfix_engine.geometry.shapes import HalfSpace
 from vfix_engine.proximity.fields.distance_field import DistanceField
-from vfix_engine.virtual_fixtures import CartesianLimits, Fixture, PathTube, RemoteCentre
+from vfix_engine.virtual_fixtures import CartesianLimits, Fixture, PathTube, RemoteCentre, TipEnvelope
 
 SPEED_MM_PER_S = 5.0  # of the tip; half of what the hand reaches with the default settings
 TURN_RAD_PER_S = math.radians(10.0)
+DEPTH_STOP = "depth stop"  # its name where it holds the tool
 NO_CT = "This head has no CT: nobody knows where its soft tissue is."
 
 
 @dataclass(frozen=True, kw_only=True)
 class RehearsalOptions:
-    """The options that are on. centre: where the remote centre is. tube_mm: radius of the tube; None without one."""
+    """The options that are on.
+
+    centre: where the remote centre is. tube_mm: radius of the tube about the path; stop_mm: how far past the end of the
+    path the depth stop is. None: without it.
+    """
 
     soft_tissue: bool = False
     remote_centre: bool = False
     speed_limit: bool = False
     tube_mm: float | None = None
+    stop_mm: float | None = None
     centre: PathPlace = ENTRY
 
     @property
@@ -82,8 +90,17 @@ def standing(
     if options.tube_mm is not None:
         fixtures.append(PathTube(path, options.tube_mm))
         words.append(f"the tube of {options.tube_mm:g} mm")
+    if options.stop_mm is not None:
+        fixtures.append(depth_stop(path, options.stop_mm))
+        words.append(f"the depth stop at {options.stop_mm:g} mm")
     listed = " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
     return Standing(tuple(fixtures), listed)
+
+
+def depth_stop(path: SplinePath, past_mm: float) -> TipEnvelope:
+    """The plane across the end of a path, so far past it, behind which the tip stays."""
+    along = path.tangent(path.length)
+    return TipEnvelope(DEPTH_STOP, HalfSpace(path.position(path.length) + past_mm * along, along))
 
 
 def _tissue(volume: Volume | None, make: Callable[[], DistanceField | None]) -> DistanceField:

@@ -47,7 +47,8 @@ class SetOptions(ClientMessage):
     """Options of the next start or reset.
 
     centre_point, centre_mm: where the remote centre is, at a path point or at an arc length; neither: where the path
-    enters the head. tube_mm: radius of the tube about the path that the tip stays in; None: none.
+    enters the head. tube_mm: radius of the tube about the path that the tip stays in; stop_mm: how far past the end of
+    the path the plane is that the tip stays behind. None: without it.
     """
 
     type: Literal["rehearsal.options"]
@@ -57,6 +58,7 @@ class SetOptions(ClientMessage):
     centre_point: Identifier | None = None
     centre_mm: PathMm | None = None
     tube_mm: Annotated[float, Field(ge=NARROWEST_MM, le=WIDEST_MM, allow_inf_nan=False)] | None = None
+    stop_mm: Annotated[float, Field(ge=0.0, le=WIDEST_MM, allow_inf_nan=False)] | None = None
 
 
 class ChooseControl(ClientMessage):

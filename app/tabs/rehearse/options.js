@@ -5,12 +5,53 @@ import { say } from "/static/js/said.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { Row } from "/static/js/dom.js" */
-/** @import { CentreSection, OptionView, OptionsSection, TubeSection, ViewModel } from "/static/js/types.js" */
+/** @import { CentreSection, LengthSection, OptionView, OptionsSection, ViewModel } from "/static/js/types.js" */
 
 const MM = "mm"; // of a place that is no path point
 const ENTRY = "entry";
 const STEP_MM = 0.5;
-const TUBE_MM = 2; // radius of a tube that is switched on first
+/** @typedef {{ name: string, id: string, label: string, spoken: string, mm: number }} Length */
+/** @type {Length[]} mm: of one that is switched on first */
+const LENGTHS = [
+  { name: "tube_mm", id: "tube", label: "Radius", spoken: "Radius of the tube in mm", mm: 2 },
+  { name: "stop_mm", id: "stop", label: "Past the end", spoken: "Depth stop in mm past the end of the path", mm: 2 },
+];
+
+/** The length of an option that has one. */
+class LengthField {
+  /**
+   * @param {Length} length
+   * @param {() => void} send
+   */
+  constructor({ id, label, spoken, mm }, send) {
+    this.shown = h("span", { class: "number" });
+    /** @type {HTMLInputElement} */
+    this.input = h("input", { type: "range", id: `${id}-mm`, value: mm, "aria-label": spoken, oninput: () => this.show(this.mm), onchange: send });
+    this.element = h("label", { class: "field", id, hidden: true }, h("span", { class: "field-label" }, h("span", {}, label), this.shown), this.input);
+  }
+
+  get mm() {
+    return Number(this.input.value);
+  }
+
+  /**
+   * @param {LengthSection | undefined} length
+   * @param {boolean} frozen
+   */
+  render(length, frozen) {
+    this.element.hidden = !length;
+    if (!length) return;
+    Object.assign(this.input, { min: String(length.lo), max: String(length.hi), step: String(length.step), disabled: frozen });
+    if (this.input.matches(":active")) return;
+    this.input.value = String(length.mm);
+    this.show(length.mm);
+  }
+
+  /** @param {number} mm */
+  show(mm) {
+    this.shown.textContent = `${fixed(mm, 1)} mm`;
+  }
+}
 
 export class OptionsGroup {
   /** @param {Connection} connection */
@@ -30,13 +71,8 @@ export class OptionsGroup {
       h("label", { class: "field" }, h("span", { class: "field-label" }, h("span", {}, "Remote centre")), this.place),
       h("label", { class: "field" }, h("span", { class: "field-label" }, h("span", {}, "Along the path"), this.shownMm), this.mm),
       this.trouble);
-    this.shownTube = h("span", { class: "number" });
-    /** @type {HTMLInputElement} */
-    this.tube = h("input", {
-      type: "range", id: "tube-mm", value: TUBE_MM, "aria-label": "Radius of the tube in mm",
-      oninput: () => this.showTube(Number(this.tube.value)), onchange: () => this.send(this.chosenPlace()),
-    });
-    this.tubeField = h("label", { class: "field", id: "tube", hidden: true }, h("span", { class: "field-label" }, h("span", {}, "Radius"), this.shownTube), this.tube);
+    /** @type {Map<string, LengthField>} */
+    this.lengths = new Map(LENGTHS.map((length) => [length.name, new LengthField(length, () => this.send(this.chosenPlace()))]));
     this.words = h("p", { class: "words caution", role: "status", id: "option-words", hidden: true });
     this.element = group("Limits", null, this.options, this.words);
   }
@@ -52,26 +88,9 @@ export class OptionsGroup {
     say(this.words, options?.words ?? "");
     this.words.hidden = !options?.words;
     this.centre.hidden = !options?.centre;
-    this.tubeField.hidden = !options?.tube;
     const isFrozen = (/** @type {string} */ option) => Boolean(options?.items.find(({ name }) => name === option)?.refusal);
     if (options?.centre) this.renderCentre(options.centre, isFrozen("remote_centre"));
-    if (options?.tube) this.renderTube(options.tube, isFrozen("tube_mm"));
-  }
-
-  /**
-   * @param {TubeSection} tube
-   * @param {boolean} frozen
-   */
-  renderTube({ radius_mm: radius, lo, hi, step }, frozen) {
-    Object.assign(this.tube, { min: String(lo), max: String(hi), step: String(step), disabled: frozen });
-    if (this.tube.matches(":active")) return;
-    this.tube.value = String(radius);
-    this.showTube(radius);
-  }
-
-  /** @param {number} radius */
-  showTube(radius) {
-    this.shownTube.textContent = `${fixed(radius, 1)} mm`;
+    for (const [name, field] of this.lengths) field.render(options?.lengths[name], isFrozen(name));
   }
 
   /**
@@ -109,7 +128,7 @@ export class OptionsGroup {
   option({ name, label }) {
     const box = h("input", { type: "checkbox", "data-option": name, "aria-describedby": `option-${name}`, onchange: () => this.send(this.chosenPlace()) });
     const element = h("div", { class: "field" }, h("label", { class: "check" }, box, label), h("p", { class: "words", id: `option-${name}` }),
-      name === "remote_centre" ? this.centre : name === "tube_mm" ? this.tubeField : null);
+      name === "remote_centre" ? this.centre : this.lengths.get(name)?.element ?? null);
     return Object.assign(element, { item: /** @type {any} */ (null) }); // `keyed` puts it there
   }
 
@@ -125,8 +144,9 @@ export class OptionsGroup {
   /** @param {{ centre_point?: string, centre_mm?: number }} place */
   send(place) {
     const on = (/** @type {string} */ name) => Boolean(this.options.querySelector(`[data-option="${name}"]:checked`));
-    const wanted = { soft_tissue: on("soft_tissue"), remote_centre: on("remote_centre"), speed_limit: on("speed_limit"), tube_mm: on("tube_mm") ? Number(this.tube.value) : null };
-    this.connection.send("rehearsal.options", { ...wanted, ...place });
+    const length = (/** @type {string} */ name) => (on(name) ? this.lengths.get(name)?.mm ?? null : null);
+    const wanted = { soft_tissue: on("soft_tissue"), remote_centre: on("remote_centre"), speed_limit: on("speed_limit") };
+    this.connection.send("rehearsal.options", { ...wanted, tube_mm: length("tube_mm"), stop_mm: length("stop_mm"), ...place });
   }
 }
 

@@ -19,14 +19,15 @@ from app.planning.remote_centre import TOLERANCE_MM, PathPlace, centre_at, entry
 from app.planning.verdict import NOSTRIL_MM
 from app.plans.service import Plan
 from app.services import Services
-from app.tabs.rehearse.sections import CentreChoice, CentreSection, OptionsSection, OptionView, TubeSection
+from app.tabs.rehearse.sections import CentreChoice, CentreSection, LengthSection, OptionsSection, OptionView
 from app.workspace.latest import BackgroundTask, Latest
 from vfix_engine.errors import VfixError
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.virtual_fixtures import RemoteCentre
 
 ENTRY, MM = "entry", "mm"  # of a position that is not a path point
-TUBE_RANGE_MM = (0.5, 10.0, 0.1)  # radii on the page, and their step: a tool beside bone strays from its path, too
+# Lowest and highest length of an option on the page, and the step: a tool beside bone strays from its path, too.
+RANGES_MM: dict[str, tuple[float, float, float]] = {"tube_mm": (0.5, 10.0, 0.1), "stop_mm": (0.5, 20.0, 0.5)}
 NO_PATH_YET = "The plan has no path yet."
 OF_ANOTHER = "Another window holds the handle."
 
@@ -153,6 +154,7 @@ def options_section(
         "remote_centre": "" if centre is not None else NO_PATH_YET,
         "speed_limit": "",
         "tube_mm": "" if centre is not None else NO_PATH_YET,
+        "stop_mm": "" if centre is not None else NO_PATH_YET,
     }
     items: list[OptionView] = [
         {
@@ -168,7 +170,7 @@ def options_section(
     return {
         "items": items,
         "centre": centre if wanted.remote_centre else None,
-        "tube": None if wanted.tube_mm is None else _tube(wanted.tube_mm),
+        "lengths": {name: _length(name, mm) for name in RANGES_MM if (mm := getattr(wanted, name)) is not None},
         "words": "In force from ‘Start’ or ‘Reset to entry’." if changed else "",
     }
 
@@ -177,9 +179,9 @@ def _is_on(options: RehearsalOptions, name: str) -> bool:
     return getattr(options, name) not in (False, None)
 
 
-def _tube(radius_mm: float) -> TubeSection:
-    low, high, step = TUBE_RANGE_MM
-    return {"radius_mm": radius_mm, "lo": low, "hi": high, "step": step}
+def _length(name: str, mm: float) -> LengthSection:
+    low, high, step = RANGES_MM[name]
+    return {"mm": mm, "lo": low, "hi": high, "step": step}
 
 
 class _OptionWords(NamedTuple):
@@ -223,5 +225,11 @@ _LABELS: dict[str, tuple[str, _OptionWords]] = {
     "tube_mm": (
         "Tube",
         _OptionWords("the tip stays in a tube about the path.", "keep the tip in a tube about the path."),
+    ),
+    "stop_mm": (
+        "Depth stop",
+        _OptionWords(
+            "the tip stays behind a plane past the end of the path.", "keep the tip behind a plane past the path's end."
+        ),
     ),
 }

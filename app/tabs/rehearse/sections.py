@@ -129,10 +129,10 @@ class CentreSection(TypedDict):
     trouble: str
 
 
-class TubeSection(TypedDict):
-    """Radius of the tube about the path, and the range that is offered; mm."""
+class LengthSection(TypedDict):
+    """The length of an option that has one, such as the tube's radius, and the range that is offered; mm."""
 
-    radius_mm: float
+    mm: float
     lo: float
     hi: float
     step: float
@@ -141,12 +141,12 @@ class TubeSection(TypedDict):
 class OptionsSection(TypedDict):
     """Selected options of the rehearsal; words: when they take effect, '' where they have.
 
-    centre: None while the remote centre is off. tube: None while that is off.
+    centre: None while the remote centre is off. lengths: of the options that are on and have one.
     """
 
     items: list[OptionView]
     centre: CentreSection | None
-    tube: TubeSection | None
+    lengths: dict[str, LengthSection]
     words: str
 
 

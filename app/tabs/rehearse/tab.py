@@ -12,7 +12,7 @@ from app.messages.fields import ClientMessage
 from app.messages.sections import Section, Sections
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.scene.centre import CentreNodes
-from app.scene.tube import TubeNodes
+from app.scene.tip_limits import DepthStopNodes, TubeNodes
 from app.tabs.drive_tab import NOT_HELD, NOT_PLACED
 from app.tabs.rehearse import SPEC
 from app.tabs.rehearse import commands as c
@@ -104,6 +104,7 @@ class RehearseTab(RehearsalSession):
             remote_centre=command.remote_centre,
             speed_limit=command.speed_limit,
             tube_mm=command.tube_mm,
+            stop_mm=command.stop_mm,
             centre=place,
         )
         self._services.rehearsal_options.choose(plan.id, wanted)
@@ -244,9 +245,9 @@ class RehearseTab(RehearsalSession):
         return now.prepared is not None and _settings(now).margin_mm != now.prepared.settings.margin_mm
 
     def subject(self) -> object:
-        """The drive itself is read with every tick. Of a plan without robot, remote centre and tube little is told."""
+        """The drive itself is read with every tick. Of a plan without robot and limits on its path little is told."""
         plan, wanted = self.workspace.plan.current, self.wanted
-        along = wanted.remote_centre or wanted.tube_mm is not None
+        along = wanted.remote_centre or wanted.tube_mm is not None or wanted.stop_mm is not None
         if plan is not None and self.now.prepared is None and not along:
             return wanted, plan.id, len(plan.content.points) < 2
         return wanted, Same(plan), self._services.store.changes.of(self._services.registrations.kind.name)
@@ -322,6 +323,10 @@ class RehearseTab(RehearsalSession):
             path, radius = known.path, options.tube_mm
             show_tube = partial(TubeNodes.show, path=path, radius=radius)
             layers.append(Layer("rehearse.tube", (Same(path), radius), TubeNodes, show_tube))
+        if options.stop_mm is not None and known is not None:
+            path, past = known.path, options.stop_mm
+            show_stop = partial(DepthStopNodes.show, path=path, past_mm=past)
+            layers.append(Layer("rehearse.stop", (Same(path), past), DepthStopNodes, show_stop))
         centre = self._centre.centre(options.centre) if options.remote_centre else None
         if centre is not None and centre.into is not None:
             point, into = centre.point, centre.into

@@ -978,12 +978,12 @@ export interface SettingField {
 /**
  * Selected options of the rehearsal; words: when they take effect, '' where they have.
  *
- * centre: None while the remote centre is off. tube: None while that is off.
+ * centre: None while the remote centre is off. lengths: of the options that are on and have one.
  */
 export interface OptionsSection {
   items: OptionView[];
   centre: CentreSection | null;
-  tube: TubeSection | null;
+  lengths: Record<string, LengthSection>;
   words: string;
 }
 
@@ -1015,9 +1015,9 @@ export interface CentreChoice {
   label: string;
 }
 
-/** Radius of the tube about the path, and the range that is offered; mm. */
-export interface TubeSection {
-  radius_mm: number;
+/** The length of an option that has one, such as the tube's radius, and the range that is offered; mm. */
+export interface LengthSection {
+  mm: number;
   lo: number;
   hi: number;
   step: number;
@@ -2359,6 +2359,7 @@ export interface Commands {
     centre_point?: string | null;
     centre_mm?: number | null;
     tube_mm?: number | null;
+    stop_mm?: number | null;
   };
   "rehearsal.pause": {};
   "rehearsal.reset": {};

@@ -16,7 +16,7 @@ from app.scene.camera import Lens
 from app.scene.error_balls import ErrorBalls
 from app.scene.fiducials import FiducialNodes, FiducialShape
 from app.scene.picking import PickingPlane, SurfacePicker, hit_items, hit_plane
-from app.scene.tube import tube_mesh
+from app.scene.tip_limits import tube_mesh
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.proximity.axes import rotation_z_to

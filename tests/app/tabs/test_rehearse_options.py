@@ -24,11 +24,11 @@ from app.tabs.rehearse.options import CentrePlaces, options_section
 from app.tabs.rehearse.preparation import plan_key, prepare
 from app.tabs.rehearse.tab import RehearseTab
 from vfix_engine.errors import ControlError, PlanError
-from vfix_engine.virtual_fixtures import CartesianLimits, PathTube, RemoteCentre, SoftRegion
+from vfix_engine.virtual_fixtures import CartesianLimits, PathTube, RemoteCentre, SoftRegion, TipEnvelope
 from vfix_engine.worlds.rigid.dry_run import DryRun
 
 OTHER = Client("tab-two-0", "holds")
-ALL = RehearsalOptions(soft_tissue=True, remote_centre=True, speed_limit=True, tube_mm=2.0)
+ALL = RehearsalOptions(soft_tissue=True, remote_centre=True, speed_limit=True, tube_mm=2.0, stop_mm=3.0)
 
 
 def stands(services: Services, options: RehearsalOptions, plan: Plan) -> Standing:
@@ -39,12 +39,17 @@ def stands(services: Services, options: RehearsalOptions, plan: Plan) -> Standin
 def test_each_option_is_a_fixture_of_the_plan(phantom_services: Services) -> None:
     plan = phantom_services.plans.get(SAMPLE)
     found = stands(phantom_services, ALL, plan)
-    soft, centre, limits, tube = found.fixtures
+    soft, centre, limits, tube, stop = found.fixtures
     assert isinstance(soft, SoftRegion)
     assert isinstance(centre, RemoteCentre)
     assert isinstance(limits, CartesianLimits)
     assert isinstance(tube, PathTube)
     assert tube.words == "the tube of 2 mm about the path"
+    assert isinstance(stop, TipEnvelope)
+    path = path_of(plan)
+    end, along = path.position(path.length), path.tangent(path.length)
+    assert stop.look(end + 2.5 * along).excess == pytest.approx(-0.5)
+    assert stop.look(end + 3.5 * along + np.cross(along, [1.0, 0.0, 0.0])).excess == pytest.approx(0.5)
     assert found.centre is centre
     tissue = phantom_services.distance_fields.of_plan(plan).tissue
     assert tissue is not None
@@ -54,7 +59,7 @@ def test_each_option_is_a_fixture_of_the_plan(phantom_services: Services) -> Non
     entry, deep = places[0], places[-1]
     assert (soft.allowed_mm(entry), soft.allowed_mm(deep)) == (NOSTRIL_DEPTH_MM, MAX_DEPTH_MM)
     words = "soft tissue at most 5 mm deep, 8 mm at the nostril, the remote centre at 7.0 mm, speed limits"
-    words += " and the tube of 2 mm"
+    words += ", the tube of 2 mm and the depth stop at 3 mm"
     assert found.words == words
     assert stands(phantom_services, NO_OPTIONS, plan) == Standing()
 
@@ -304,8 +309,11 @@ def test_an_option_comes_into_force_with_a_reset_and_the_page_says_so(phantom_se
     tab.handle(wish.model_copy(update={"remote_centre": False, "tube_mm": 1.5}))
     section = sections_of(tab)["options"]
     assert [item["name"] for item in section["items"] if item["on"]] == ["tube_mm"]
-    assert section["tube"] == {"radius_mm": 1.5, "lo": 0.5, "hi": 10.0, "step": 0.1}
+    assert section["lengths"] == {"tube_mm": {"mm": 1.5, "lo": 0.5, "hi": 10.0, "step": 0.1}}
     assert [layer.name for layer in tab.layers()] == ["rehearse.tube"]
+    tab.handle(wish.model_copy(update={"remote_centre": False, "stop_mm": 4.0}))
+    assert sections_of(tab)["options"]["lengths"] == {"stop_mm": {"mm": 4.0, "lo": 0.5, "hi": 20.0, "step": 0.5}}
+    assert [layer.name for layer in tab.layers()] == ["rehearse.stop"]
     tab.handle(wish)
     tab.handle(c.DriveCommand(type="rehearsal.reset"))
     assert (drive.state, drive.is_for(plan_key(plan))) == ("starting", True)  # it is placed anew, with the fixture

@@ -1,4 +1,4 @@
-"""The tube about a path that the tip of a tool stays in: a translucent surface with rings."""
+"""Limits of the tip: the tube about a path, a translucent surface with rings, and the plane of a depth stop."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from vfix_engine.geometry.transport import transported
 
 OPACITY = 0.25
 _RING_MM = 5.0  # between two drawn rings, which show through bone
+_STOP_RADIUS_MM = 12.0  # of the disc that stands for the plane
 _RING_THICKNESS_MM = 0.2
 _STEP_MM = 1.0  # between two rings
 _SIDES = 24
@@ -72,3 +73,31 @@ class TubeNodes:
         if self._surface is not None:
             self._surface.remove()
         self._rings.remove()
+
+
+class DepthStopNodes:
+    """A depth stop: a translucent disc across the end of a path, with its rim."""
+
+    def __init__(self, view: SceneView) -> None:
+        self._view = view
+        self._disc: Any = None
+        self._rim = Lines(view, "/rehearse/depth_stop_rim", palette.ACCENT, _RING_THICKNESS_MM)
+
+    def show(self, path: SplinePath, past_mm: float) -> None:
+        """Draw a stop. past_mm: from the end of the path."""
+        along = path.tangent(path.length)
+        centre = path.position(path.length) + past_mm * along
+        rim = circle(centre, along, _STOP_RADIUS_MM)
+        first = np.arange(len(rim) - 1)  # the last corner is the first one
+        faces = np.stack([np.full(len(first), len(rim)), first, first + 1], axis=-1)
+        with self._view.atomic():
+            self._disc = self._view.scene.add_mesh_simple(
+                "/rehearse/depth_stop", np.vstack([rim, centre]).astype(np.float32), faces.astype(np.uint32),
+                color=palette.ACCENT, opacity=OPACITY, side="double", cast_shadow=False, receive_shadow=False,
+            )  # fmt: skip
+            self._rim.show(joined(rim))
+
+    def remove(self) -> None:
+        if self._disc is not None:
+            self._disc.remove()
+        self._rim.remove()
