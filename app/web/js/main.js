@@ -36,7 +36,7 @@ class Page {
     this.layouts = new Layouts(byId("bench"));
     this.theme = new Theme();
     this.scene = new SceneFrame(this.connection, this.keys);
-    this.look = new SceneLook(this.connection, (view) => this.scene.look(view), this.scene.follower);
+    this.look = new SceneLook(this.connection, (view) => this.scene.look(view), this.scene.follower, this.scene.window);
     this.firstTask = new FirstTask();
     this.hint = new HintLine(this.connection);
     this.help = new Help(() => this.firstTask.again());
@@ -129,7 +129,7 @@ class Page {
     if (panel && this.anew) renderAnew(() => panel.update(state));
     else if (panel) panel.update(state);
     this.anew = false;
-    this.layouts.offer(!state.case || state.case.has_volume, (state.curve?.points.length ?? 0) > 1, current === "rehearse");
+    this.layouts.offer(!state.case || state.case.has_volume, (state.curve?.points.length ?? 0) > 1, current === "rehearse" || current === "review");
     this.scene.update(state);
     this.look.update(state);
     this.slices.update(state);

@@ -4,6 +4,7 @@ import { h, icon, whenChanged } from "../dom.js";
 import { pacing } from "../frame-pacing.js";
 import { LAID_OUT } from "../layout.js";
 import { NearnessGauge } from "../nearness.js";
+import { replay } from "../replay.js";
 import { saveBlob } from "../rest.js";
 import { say } from "../said.js";
 import { length, minus } from "../slices/vectors.js";
@@ -23,6 +24,7 @@ import { SurfaceLoader } from "./surface-loader.js";
 
 /** planned: the tool in the plan's dry run. swap: show it large, or small. @typedef {{ planned: () => ToolPoses, swap: () => void }} Page */
 
+const OF_ANOTHER = "This run is of another plan. Open that plan.";
 const LIVE = ["ready", "running", "paused"];
 const STILL_MS = 400; // without a motion the picture is drawn in full
 const MOVING_PX = 320; // of a picture that moves, without a graphics card
@@ -58,6 +60,8 @@ export class EndoscopeView {
     this.pose = null;
     /** @type {ScopePose | null} the newest of the drive */
     this.driven = null;
+    /** @type {string | undefined} key of the run that is replayed */
+    this.run = undefined;
     this.movedAt = -Infinity;
     this.wished = false; // a frame is asked for
     this.lost = false; // what the graphics card held
@@ -70,6 +74,7 @@ export class EndoscopeView {
     root.replaceChildren(this.canvas, this.cues.vignette, this.tools.element, this.swapButton, this.nearness.element, h("p", { class: "scope-foot" }, this.source, this.channelWords), this.surface.element);
     this.canvas.addEventListener("webglcontextlost", (event) => this.lose(event));
     this.canvas.addEventListener("webglcontextrestored", () => this.recover());
+    replay.addEventListener("change", () => this.played());
     window.addEventListener(LAID_OUT, (event) => this.laidOut(/** @type {CustomEvent<string>} */ (event).detail));
     new ResizeObserver(() => this.schedule()).observe(this.canvas);
   }
@@ -85,8 +90,8 @@ export class EndoscopeView {
 
   /** @param {ViewModel} state */
   update(state) {
-    const { plan, rehearsal, curve, driven } = state;
-    const live = this.visible && LIVE.includes(rehearsal?.state ?? "");
+    const { plan, rehearsal, curve, driven, step } = state;
+    const live = this.visible && step?.name === "rehearse" && LIVE.includes(rehearsal?.state ?? "");
     this.channel.follow(live && plan ? plan.id : null);
     if (!live) this.driven = null;
     this.cues.update(state, this.visible && this.connection.connected && !document.hidden);
@@ -102,8 +107,17 @@ export class EndoscopeView {
       this.renderer?.overlay.set(places, targets);
       this.schedule();
     });
-    if (!this.driven) this.show(this.plannedPose(state));
-    say(this.source, this.driven ? "" : this.pose ? "Planned, not driven" : "");
+    const replayed = replayedPose();
+    if (!this.driven) this.show(replayed ?? this.plannedPose(state));
+    say(this.source, this.driven ? "" : replayed ? "Replayed" : this.pose ? "Planned, not driven" : "");
+  }
+
+  /** Another moment of a run; only another run needs anything but its pose. */
+  played() {
+    const run = replay.tools[0]?.key, pose = replayedPose();
+    if (run === this.run && pose && this.visible && !this.driven) this.show(pose);
+    else this.update(this.connection.state);
+    this.run = run;
   }
 
   /**
@@ -116,6 +130,7 @@ export class EndoscopeView {
     if (this.lost) this.surface.drop(DROPPED);
     else if (!head || !plan) this.surface.drop(head ? "No plan is open." : "No head is open.");
     else if (!head.has_volume) this.surface.drop("No CT, so no endoscope. Import this head’s CT in Patient.");
+    else if (replay.tools[0] && replay.tools[0].plan !== plan.id) this.surface.drop(OF_ANOTHER);
     else if (!plan.points.length) this.surface.drop("No path yet. Add one in Plan.");
     else if (this.start()) {
       this.surface.want(plan.id, JSON.stringify([plan.id, places, removed]));
@@ -260,6 +275,12 @@ export class EndoscopeView {
       note(/** @type {Error} */ (error).message, { error: true });
     }
   }
+}
+
+/** @returns {ScopePose | null} of the run that is replayed */
+function replayedPose() {
+  const [tool] = replay.tools, [part] = tool?.segments ?? [];
+  return part ? { tip: part[1], shaft: minus(part[1], part[0]), side: tool.side } : null;
 }
 
 /**
