@@ -8,6 +8,7 @@ import math
 import re
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +32,8 @@ from vfix_engine.worlds.snake import DriveSpec
 from vfix_engine.worlds.snake.offline.drive_lumen import OPERATORS, DriveReport, DriveSettings, Shot, drive_lumen
 from vfix_engine.worlds.snake.picture.picture import LumenPictures
 from vfix_engine.worlds.snake.plans.look_plan import view_of
-from vfix_engine.worlds.snake.settings import CONTROLS
+from vfix_engine.worlds.snake.presets import PRESETS
+from vfix_engine.worlds.snake.settings import ARMS, CONTROLS
 from vfix_engine.worlds.snake.stepping.state import SnakeState
 
 if TYPE_CHECKING:  # a drive without a store keeps no run
@@ -39,7 +41,6 @@ if TYPE_CHECKING:  # a drive without a store keeps no run
 
 
 _ASSUMED = "the surface's file does not name its frame and unit; LPS and mm are assumed: say --frame and --unit"
-_DEFAULTS = DriveSettings()
 _TO_THE_HEAD = (0.0, 0.0, 1.0)
 _ENTRY_MM = 300.0  # over that way from the entrance the breathing comes in: the anus stays where it is
 _LARGEST_FILE = 1 << 20  # [byte] of landmarks
@@ -56,14 +57,19 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     drive.add_argument("--unit", choices=tuple(MM_PER_UNIT), help="of the surface, where its file does not say")
     drive.add_argument("--start", type=place, required=True, metavar="X,Y,Z", help="where it goes in, LPS mm")
     drive.add_argument("--end", type=place, required=True, metavar="X,Y,Z", help="where the way ends, LPS mm")
-    drive.add_argument("--links", type=links, metavar="N", help="links of 28 mm; auto: as many as it takes to the end")
+    drive.add_argument("--preset", choices=tuple(PRESETS), help="a paper's robot and printed parameters")
+    drive.add_argument(
+        "--links", type=links, default=argparse.SUPPRESS, metavar="N",
+        help="links of 28 mm; auto: as many as it takes to the end",
+    )  # fmt: skip
     drive.add_argument("--landmarks", metavar="FILE", help="JSON with places to look round at; none: only at the end")
     drive.add_argument("--operator", choices=OPERATORS, default="scripted", help="whose hand it is")
-    drive.add_argument("--control", choices=CONTROLS, default=_DEFAULTS.control, help="what bends the last links")
-    drive.add_argument("--contours", type=int, default=_DEFAULTS.contours, help="that are fitted to the surface")
-    drive.add_argument("--interpolated", type=int, default=_DEFAULTS.interpolated, help="contours made of them")
-    drive.add_argument("--angles", type=int, default=_DEFAULTS.angles, help="radii of a contour; 1: circles")
-    drive.add_argument("--quantile", type=float, default=_DEFAULTS.quantile, metavar="Q", help="of the radii measured")
+    drive.add_argument("--arm", choices=ARMS, help="what holds the links: the hand, forces on it, or the certificate")
+    drive.add_argument("--control", choices=CONTROLS, help="what bends the last links")
+    drive.add_argument("--contours", type=int, help="that are fitted to the surface")
+    drive.add_argument("--interpolated", type=int, help="contours made of them")
+    drive.add_argument("--angles", type=int, help="radii of a contour; 1: circles")
+    drive.add_argument("--quantile", type=float, metavar="Q", help="of the radii measured")
     drive.add_argument("--radius", type=float, metavar="MM", help="of the robot")
     drive.add_argument("--bound", type=float, metavar="MM", help="how far a link may leave the pathway, everywhere")
     drive.add_argument("--tip-bound", type=float, metavar="MM", help="how far the last link may")
@@ -114,21 +120,16 @@ def run(args: argparse.Namespace) -> int:
     if read.assumed:
         print(f"vfix: warning: {_ASSUMED}", file=sys.stderr, flush=True)
     file, landmarks = _landmarks(args.landmarks, args.surface)
-    changed = {"bound_mm": args.bound, "tip_bound_mm": args.tip_bound, "waypoint_mm": args.waypoint}
-    settings = DriveSettings(
-        control=args.control,
-        contours=args.contours,
-        interpolated=args.interpolated,
-        angles=args.angles,
-        quantile=args.quantile,
-        **{name: value for name, value in changed.items() if value is not None},
-    )
-    snake = SnakeModel(1) if args.radius is None else SnakeModel(1, radius_mm=args.radius)
+    preset = None if args.preset is None else PRESETS[args.preset]
+    settings = _settings(args)
+    snake = SnakeModel(1) if preset is None else preset.snake
+    snake = snake if args.radius is None else replace(snake, radius_mm=args.radius)
+    count = getattr(args, "links", None if preset is None else preset.links)
     album = None if args.pictures is None else Album(args.pictures, mesh, landmarks, settings)
     recording = RunRecording(args.seed if args.operator == "adversarial" else None)
     try:
         report = drive_lumen(
-            mesh, args.start, args.end, args.links, landmarks, args.operator, settings, album, snake=snake,
+            mesh, args.start, args.end, count, landmarks, args.operator, settings, album, snake=snake,
             tissue=_tissue(args.breathing, args.peristalsis), seed=args.seed,
             anyway=args.anyway, record=recording.begin,
             progress=lambda words: print(f"vfix: {words}", file=sys.stderr, flush=True),
@@ -137,6 +138,8 @@ def run(args: argparse.Namespace) -> int:
         recording.drop()
         raise
     result = {"surface": args.surface.name, "landmarks_from": file} | report.to_dict()
+    result |= {"arm": settings.arm, "certified": settings.arm == "certified"}
+    result |= {"preset": None} if preset is None else preset.report()
     result["run"] = recording.keep()
     result["surface_assumed"] = _ASSUMED if read.assumed else None
     result["pictures"] = [] if album is None else album.files
@@ -148,6 +151,15 @@ def run(args: argparse.Namespace) -> int:
     else:
         _print_for_people(result)
     return 0 if report.reached and report.within_bounds else 1
+
+
+def _settings(args: argparse.Namespace) -> DriveSettings:
+    """The preset's settings, or the usual ones, with those that are named."""
+    named = {"bound": "bound_mm", "tip_bound": "tip_bound_mm", "waypoint": "waypoint_mm"}
+    same = ("arm", "control", "contours", "interpolated", "angles", "quantile")
+    asked = {**{name: name for name in same}, **named}
+    changed = {field: getattr(args, name) for name, field in asked.items() if getattr(args, name) is not None}
+    return DriveSettings(**changed) if args.preset is None else PRESETS[args.preset].settings(**changed)
 
 
 class RunRecording:

@@ -89,6 +89,31 @@ def test_a_snake_is_driven_and_every_landmark_has_its_pictures(
     assert len(held_to.faces) > 1000
 
 
+@pytest.mark.parametrize("arm", ["manual", "guided"])
+def test_a_preset_drives_in_an_arm_without_certificate_and_says_so(
+    arm: str, colon: Path, home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    quick = ["--links", "6", "--waypoint", "4", "--operator", "adversarial", "--landmarks", "none"]
+    main([*told(colon), "--preset", "kwok2013", "--arm", arm, *quick, "--json"])
+    report = json.loads(capsys.readouterr().out)
+    assert (report["arm"], report["certified"], report["preset"]) == (arm, False, "kwok2013")
+    assert report["printed"]["k of the last link in N/mm"] == 0.45
+    assert "f_h,max" in report["assumed"]
+    assert (report["links"], report["settings"]["bends"]) == (6, 4)
+    assert report["inserted_mm"] > 0.0
+    assert report["beyond_bound_link_steps"] > 0
+    assert not any("its bound is" in reason for reason in report["held_by"])
+    services = build_services(Settings(home=home, port=0))
+    try:
+        with services.runs.laid_out(report["run"]) as folder:
+            run = Run.read(folder)
+        assert run.manifest["spec"]["drive"]["arm"] == arm
+        again = replay(run, spec_of(run), keep_states=False)
+        assert again.same, (again.first_difference, again.largest_difference)
+    finally:
+        services.close()
+
+
 @pytest.mark.parametrize("operator", ["scripted", "adversarial"])
 def test_a_drive_leaves_a_run_that_is_driven_again(
     operator: str, colon: Path, home: Path, capsys: pytest.CaptureFixture[str]

@@ -31,6 +31,13 @@ class LookRound(Request):
 
 
 @dataclass(frozen=True)
+class ChooseJoint(Request):
+    """The universal joint that the hand turns in the manual arm: 1 is the last one, 2 the one before."""
+
+    joint: int
+
+
+@dataclass(frozen=True)
 class SetPeriod(Request):
     """Steps of a scripted drive take so many s from now on."""
 

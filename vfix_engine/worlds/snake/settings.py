@@ -13,10 +13,13 @@ from ...pathway.limits.link_bounds import BOUND_MM, LinkBounds
 from ...robots.snake import MOST_LINKS
 from ...validate import positive, whole, within
 
+Arm = Literal["manual", "guided", "certified"]
+ARMS: tuple[Arm, ...] = ("manual", "guided", "certified")
 Control = Literal["parameterised", "qp", "view"]
 CONTROLS: tuple[Control, ...] = ("parameterised", "qp", "view")
 _FINEST_MM = 0.01  # of a step or between two shapes: with smaller ones a drive takes hours
 _FINEST_S = 1e-5  # of a step
+_MOST_YIELD = 1000.0  # [mm/s per N]
 _MOST_BENT = 0.5  # r: beyond it a tip does not count as straight
 _MOST_VERTICES = 100_000  # of a link
 
@@ -45,6 +48,12 @@ class DriveSettings:
         0.5. lock_bend: a bent tip is inserted and drawn back with its bend, relative to the pathway (Kwok 2013, section
         IV.D); False: with a larger r it has to be straightened first.
     bends: control configurations, 4 or 8.
+    arm: who keeps the links in the pathway. 'manual': the hand alone, which turns one of the last two universal joints
+        at a time (Kwok 2013, section IV.D, the control experiment); 'guided': the hand, which feels (30)-(35);
+        'certified': every motion is certified. In the first two nothing but joint range and speed is refused.
+    yield_mm_per_s_per_n: admittance of a guided hand without a force device, by which the guidance (35) moves the
+        camera while the hand pulls; 0 where a device exerts the force itself. Assumed: at 10 a pull of 20 mm/s is in
+        balance with 2 N, the tip 4.4 mm outside.
     control: the paper's parameterised control, the quadratic program, or the program that also turns the view to the
         side to which the camera is pulled.
     contours, interpolated, angles: of the pathway; 1 angle gives circles. quantile: of the radii measured around a
@@ -72,6 +81,8 @@ class DriveSettings:
     lock_bend: bool = True
     bends: Literal[4, 8] = 8
     control: Control = "parameterised"
+    arm: Arm = "certified"
+    yield_mm_per_s_per_n: float = 10.0
     contours: int = 50
     interpolated: int = 197
     angles: int = 1
@@ -107,8 +118,13 @@ class DriveSettings:
         within(_called("look_least_deg"), self.look_least_deg, 1.0, self.look_aim_deg)
         if self.control not in CONTROLS:
             raise InputError(f"control is one of {', '.join(CONTROLS)}, not {self.control!r}")
+        if self.arm not in ARMS:
+            raise InputError(f"arm is one of {', '.join(ARMS)}, not {self.arm!r:.20}")
+        within(_called("yield_mm_per_s_per_n"), self.yield_mm_per_s_per_n, 0.0, _MOST_YIELD)
         if not isinstance(self.lock_bend, bool):
             raise InputError(f"drive setting lock_bend is true or false, not {self.lock_bend!r:.20}")
+        if not (self.lock_bend or self.arm == "certified"):
+            raise InputError(f"the arm '{self.arm}' refuses no insertion of a bent tip: leave lock_bend on")
         if self.bends not in (4, 8):
             raise InputError(f"there are 4 or 8 control bends, not {self.bends}")
 

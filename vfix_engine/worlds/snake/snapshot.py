@@ -12,6 +12,8 @@ from ...runtime.snapshot import Snapshot
 class SnakeSnapshot(Snapshot):
     """The snake's own part; ``forces`` are (x, y, 0) in the axes of the camera's picture, x to the right, y down.
 
+    arm: 'manual', 'guided' or 'certified', as in ``DriveSettings``; ``certified`` in the last only. hand_joint: that a
+    manual hand turns, 1: the last.
     mode: 'inserting' or 'looking', by the last command. doing: 'straighten', 'bend', 'look' or '', as requested.
     bend: r of the distal links, about 1 where they can bend no further; straight: they have the conforming shape.
     can_look: all manipulated links are inside, so the camera can be steered.
@@ -22,6 +24,8 @@ class SnakeSnapshot(Snapshot):
     right of the straight view's picture.
     """
 
+    arm: str
+    hand_joint: int
     mode: str
     doing: str
     bend: float

@@ -27,7 +27,8 @@ from .snapshot import SnakeSnapshot
 from .stepping.constants import start_of
 from .system import SnakeSystem
 
-_BEFORE: dict[str, Any] = {"lock_bend": False}  # drive settings of runs that do not say them
+# Drive settings of runs recorded before there were these.
+_BEFORE: dict[str, Any] = {"lock_bend": False, "arm": "certified", "yield_mm_per_s_per_n": 0.0}
 _MOTIONS: dict[str, type[Breathing] | type[Peristalsis]] = {"breathing": Breathing, "peristalsis": Peristalsis}
 
 

@@ -15,16 +15,18 @@ from ...runtime.requests import Bend, Request, SetSettings, Straighten
 from ...runtime.settings import checked_settings
 from ...runtime.snapshot import Blocker
 from ...runtime.system import Background, Column, Grip, Worker
+from ...validate import whole
 from .plans.adoption import adopted, bent_to, refused_link, wanted, with_settings
 from .plans.look_progress import Looking
 from .plans.messages import PlannerAnswer
-from .requests import FollowTissue, LookRound
+from .requests import ChooseJoint, FollowTissue, LookRound
 from .row import OUTCOMES, SnakeRow
 from .settings import SnakeSettings
 from .snapshot import SnakeSnapshot
 from .stepping.command import SnakeCommand
 from .stepping.constants import DriveConstants, Start
 from .stepping.distal import can_look
+from .stepping.manual import JOINTS
 from .stepping.motion import tissue_age_s
 from .stepping.state import SnakeState
 from .stepping.step import step
@@ -105,7 +107,8 @@ class SnakeSystem:
         return state
 
     def apply(self, state: SnakeState, request: Request) -> SnakeState:
-        """The state after a request: ``SetSettings``, ``Straighten``, ``Bend``, ``LookRound`` or ``FollowTissue``.
+        """The state after a request: ``SetSettings``, ``Straighten``, ``Bend``, ``LookRound``, ``FollowTissue`` or
+        ``ChooseJoint``.
 
         Raises:
             ControlError: settings that the pose violates; a look-round before all links that bend are inside; a
@@ -126,7 +129,15 @@ class SnakeSystem:
             return self._looking(state, request)
         if isinstance(request, FollowTissue):
             return state._replace(following=bool(request.on))
+        if isinstance(request, ChooseJoint):
+            return self._chosen(state, request)
         raise ControlError(f"a snake does not know the request {type(request).__name__}")
+
+    def _chosen(self, state: SnakeState, request: ChooseJoint) -> SnakeState:
+        """The state with another joint in a manual hand."""
+        if state.settings.arm != "manual":
+            raise ControlError(f"joints are chosen in the manual arm, not in the arm '{state.settings.arm}'")
+        return state._replace(hand_joint=whole("the joint", request.joint, 1, JOINTS))
 
     def _looking(self, state: SnakeState, request: LookRound) -> SnakeState:
         if not (math.isfinite(request.aim_deg) and 1.0 <= request.aim_deg <= 90.0):
@@ -203,7 +214,9 @@ class SnakeSystem:
             tissue_age_s=tissue_age_s(drive, state),
             following=state.following,
             looked_deg=np.array(state.looked_deg if state.looking is None else state.looking.turned_deg),
-            certified=True,
+            certified=state.certified,
+            arm=state.settings.arm,
+            hand_joint=state.hand_joint,
         )
 
     def background(self, state: SnakeState) -> Background | None:

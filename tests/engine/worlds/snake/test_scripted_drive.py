@@ -109,7 +109,8 @@ def test_no_operator_gets_a_link_beyond_its_bound(control, tissue) -> None:
         was = state.q
         assert np.linalg.norm(state.forces.total) <= drive.hand.settings.most + 1e-12
     assert drive.state.refused_commands > 5
-    assert {"moved", "held"} <= outcomes
+    assert "moved" in outcomes
+    assert outcomes & {"held", "shrunk"}  # a program that slides along the wall is rarely held
     assert deepest > -1.0
     if tissue is None:
         assert replayed > 5

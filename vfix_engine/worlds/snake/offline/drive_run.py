@@ -9,6 +9,7 @@ import numpy as np
 
 from ....arrays import Array
 from ....runtime.operator import Act
+from ..stepping.distal import needs_bends
 from .drive_report import DeviationTally, Visit
 from .look_round import Order, Retry
 from .snake_drive import SnakeDrive
@@ -104,7 +105,7 @@ class DriveRun:
             visit.steps += 1
             rest, view = drive.snake.camera(state.q_nominal, state.base), drive.snake.camera(state.q, state.base)
             x, y, _ = rest[:3, :3].T @ view[:3, 2]
-            steered = drive.settings.control == "parameterised"
+            steered = needs_bends(drive.state)
             visit.turned(state.steering if steered else None, (float(x), float(y)))
             visit.deviation_max_mm = max(visit.deviation_max_mm, float(state.deviation.depth.max()))
             visit.force_max_n = max(visit.force_max_n, float(np.linalg.norm(state.forces.total)))

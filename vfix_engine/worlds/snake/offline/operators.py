@@ -109,7 +109,7 @@ def _insert(drive: DriveView, to_s: float, attempts: int = len(_COME_AGAIN)) -> 
         yield from _go(drive, to_s)
 
 
-def _come_again(drive: DriveView, to_s: float, attempts: int) -> Generator[Order, None, bool]:
+def _come_again(drive: DriveView, to_s: float, attempts: int = len(_COME_AGAIN)) -> Generator[Order, None, bool]:
     """Draw back and come again, farther and with other shapes each time; whether the place was passed."""
     at, why, usual = drive.tip_s, _held_by(drive), drive.settings.waypoint_mm
     x, y, z = (drive.tip if drive.state.held_at is None else drive.state.held_at).tolist()

@@ -11,7 +11,7 @@ from ....runtime.operator import Act
 from ....runtime.requests import Request
 from ....runtime.system import Background, Column
 from ..lumen import Lumen
-from ..requests import BendTowards, GetReady, PlanAnew, SetPeriod
+from ..requests import BendTowards, ChooseJoint, GetReady, PlanAnew, SetPeriod
 from ..row import SnakeRow
 from ..settings import SnakeSettings
 from ..spec import LumenContours, SnakeSystemSpec
@@ -62,6 +62,8 @@ class ScriptSystem(SnakeSystem):
         if isinstance(request, PlanAnew):
             state = state.restarted()
             return state._replace(ahead=state.ahead._replace(spacing_mm=request.waypoint_mm))
+        if isinstance(request, ChooseJoint):
+            return self._chosen(state, request)
         if isinstance(request, GetReady):
             return ready_to_look(self.constants, state)
         raise ControlError(f"a scripted drive does not know the request {type(request).__name__}")

@@ -11,7 +11,8 @@ from ....snake.control.parameterised import ParameterisedControl
 from ....snake.control.tip_control import DistalContext, outwards, stops
 from .command import SnakeCommand
 from .constants import DriveConstants
-from .motion import backtracked, limits_here, refused_part, too_fast
+from .manual import at_range, hand_target
+from .motion import backtracked, enforced, limits_here, refused_part, too_fast
 from .outcome import REST, Outcome
 from .refusal import Refusal
 from .state import SnakeState
@@ -25,6 +26,8 @@ def distal_context(drive: DriveConstants, state: SnakeState) -> DistalContext:
     shape, first = state.pose.shape, drive.first
     window = np.ascontiguousarray(state.pose.windows[first:])
     rest, bound = np.array(shape.q[2 * first :]), limits_here(drive, state)[first:]
+    if not needs_bends(state):  # control bends are within the bounds in every arm (17)
+        bound = enforced(state, bound)
     base = drive.snake.frame_before(first, shape.q, shape.base)
     return DistalContext(drive.distal, drive.distal_query, base, rest, state.tissue.packed, window, bound)
 
@@ -69,10 +72,11 @@ def bend(
     """Move the distal links by the camera command or back to the conforming shape, with ``left`` s of joint travel."""
     q, rest = state.pose.q[2 * drive.first :].copy(), state.pose.shape.q[2 * drive.first :]
     most = state.settings.speed_max * left
-    steered = command.bend is None and not command.straighten and not state.by_joints
+    manual = state.settings.arm == "manual" and command.bend is None and not command.straighten
+    steered = command.bend is None and not command.straighten and not state.by_joints and not manual
     if steered and drive.planner is None and not state.settled and needs_bends(state):
         return state, Outcome("held", "the bends of the tip are being found", "planning")
-    by_joints = state.by_joints or (command.bend is not None and not command.straighten)
+    by_joints = state.by_joints or manual or (command.bend is not None and not command.straighten)
     if not by_joints:
         state = ready_to_look(drive, state)
     state = state._replace(control=state.control.copy())  # the one that this step changes
@@ -80,11 +84,18 @@ def bend(
         return _straighten(drive, state, q, rest, most, by_joints)
     if command.bend is not None:
         return _go(drive, state, q, drive.distal.clamp(rest + command.bend), most, True)
+    if manual:
+        target = hand_target(drive.distal, q, command.camera * dt, state.hand_joint)
+        if np.array_equal(target, q):
+            return state, Outcome("held", at_range(drive.snake, state.hand_joint), "range")
+        fastest = float(np.abs(target - q).max()) > (1.0 + SAME) * most
+        state, outcome = _go(drive, state, q, target, most, True)
+        return state, too_fast(state) if fastest and outcome.name == "moved" else outcome
     if by_joints:
         words = "the tip is bent by its joints: straighten it before the camera is steered"
         return state, Outcome("held", words, "bent")
     control = state.control
-    target = control.wanted(q, command.camera * dt, most)
+    target = control.wanted(q, _pulled(state, command.camera) * dt, most)
     if np.array_equal(target, q):
         return state, Outcome("held", _no_bend(drive, state, q), "bends")
     cut = control.speed_limited or float(np.abs(target - q).max()) > (1.0 + SAME) * most
@@ -92,6 +103,14 @@ def bend(
     if outcome.name == "moved" and control.blocked:
         return state, Outcome("shrunk", _no_bend(drive, state, state.pose.q[2 * drive.first :]), "bends")
     return state, too_fast(state) if cut and outcome.name == "moved" else outcome
+
+
+def _pulled(state: SnakeState, camera: Array) -> Array:
+    """(2,) mm/s, velocity of the camera that the hand commands; a guided hand yields to the guidance (35)."""
+    if state.settings.arm != "guided":
+        return camera
+    pulled: Array = camera + state.settings.yield_mm_per_s_per_n * state.forces.guidance
+    return pulled
 
 
 def _straighten(
@@ -121,13 +140,14 @@ def _go(
         return state, REST
     within = min(1.0, 1.0 / fastest)
     context = distal_context(drive, state)
-    links = LinksAt(context.packed, context.window, Configuration.of(context.base, q), context.bound)
+    bound = enforced(state, context.bound)
+    links = LinksAt(context.packed, context.window, Configuration.of(context.base, q), bound)
 
     def attempt(now: SnakeState, share: float) -> tuple[SnakeState, bool]:
         end = Configuration.of(context.base, q + within * share * (target - q))
         verdict = drive.distal_limits.certify(links, end)
         if not verdict.taken:
-            return now._replace(refused=Refusal(verdict, end, context.bound, drive.distal, drive.distal_query)), False
+            return now._replace(refused=Refusal(verdict, end, bound, drive.distal, drive.distal_query)), False
         pose = now.pose
         depth = drive.kept(verdict.deviation, pose.measured, pose.deviation)
         joints = np.concatenate([pose.q[: 2 * drive.first], end.q])
@@ -144,6 +164,9 @@ def _go(
 
 def _no_bend(drive: DriveConstants, state: SnakeState, q: Array) -> str:
     """The reason why no joint moves the camera as commanded."""
+    if not state.certified:  # bounds hold nothing
+        end = f": the bends end at r = {state.settings.r_max:g}" if needs_bends(state) else ""
+        return f"no bend moves the camera farther in that direction{end}"
     here = ", ".join(stops(distal_context(drive, state), q, drive.first))
     known = state.control.ends(drive.first)
     ends = [words for words in (here, f"the bends known here end with {known}" if known else "") if words]

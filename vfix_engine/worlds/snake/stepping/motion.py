@@ -42,6 +42,11 @@ def limits_of(drive: DriveConstants, state: SnakeState, placed: Placed) -> Array
     return np.where(placed.measured, kept, np.inf)
 
 
+def enforced(state: SnakeState, limit: Array) -> Array:
+    """(L,) mm, the limits that hold a motion: none where no motion is certified."""
+    return limit if state.certified else np.full_like(limit, np.inf)
+
+
 def limits_here(drive: DriveConstants, state: SnakeState) -> Array:
     """The same at the robot's pose."""
     return limits_of(drive, state, placed_here(state))
@@ -85,7 +90,7 @@ def moved_towards(
     if not in_order(wanted.joint_s):
         return state._replace(refused=None), False
     placed = drive.placed(state.bounds, wanted.joint_s)
-    limit = limits_of(drive, state, placed)
+    limit = enforced(state, limits_of(drive, state, placed))
     start, end = Configuration.of(pose.shape.base, pose.q), Configuration.of(wanted.base, _bent(drive, state, wanted))
     # A link that enters, or gets another window and thereby a smaller bound, has to be within its bound.
     known = known_within(pose.deviation.depth, pose.bound, placed.bound)

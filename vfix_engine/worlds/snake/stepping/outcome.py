@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 
 from ....arrays import Array
 
-LimitedBy = Literal["bound", "speed", "step", "bends", "bent", "end", "tissue", "insertion", "planning"]
+LimitedBy = Literal["bound", "speed", "step", "bends", "bent", "range", "end", "tissue", "insertion", "planning"]
 
 
 class Outcome(NamedTuple):
@@ -18,8 +18,8 @@ class Outcome(NamedTuple):
         'moved'.
     words: the reason why it was scaled or held.
     limit: the limiting constraint, 'bound' of a link, 'speed' of the joints, 'step': the largest insertion, 'bends':
-        none moves the camera so, 'bent': the tip has to be straightened first, 'end' of the path, 'tissue' without a
-        pathway, 'insertion' before the camera, 'planning' of the next part.
+        none moves the camera so, 'bent': the tip has to be straightened first, 'range' of a joint, 'end' of the path,
+        'tissue' without a pathway, 'insertion' before the camera, 'planning' of the next part.
     at: (3,) LPS mm, the vertex that would be beyond its link's bound.
     """
 

@@ -68,7 +68,7 @@ def refuse_beyond(depth: Array, bound: Array) -> None:
 
 def make_control(settings: DriveSettings) -> TipControl:
     """The control of the distal links that the settings name."""
-    if settings.control == "qp":
+    if settings.control == "qp" or settings.arm == "manual":  # a manual hand steers no bends
         return QpControl()
     if settings.control == "view":
         return ViewControl()

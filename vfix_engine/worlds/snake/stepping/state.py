@@ -116,7 +116,8 @@ class SnakeState(NamedTuple):
         commands to their joints; trail: bends that led here.
     result: of the step; refused: what the certificate refused last.
     inserting: the last command did; toward: the direction of the last insertion.
-    following: the shape follows the tissue. refused_commands: that were not finite.
+    following: the shape follows the tissue. hand_joint: universal joint that a manual hand turns, 1:
+        the last. refused_commands: that were not finite.
     query_s, step_s: measured durations of the last query of all links and of this step in s.
     period_s: of the next step. doing: the active request; bend_goal: (2L',) rad, its goal, None: none; looking:
         progress of a look-round; looked_deg: angle of the view in each direction in the last one.
@@ -145,11 +146,17 @@ class SnakeState(NamedTuple):
     inserting: bool = False
     toward: int = 1
     following: bool = True
+    hand_joint: int = 1
     refused_commands: int = 0
     doing: Literal["", "straighten", "bend", "look"] = ""
     bend_goal: tuple[float, ...] | None = None
     looking: Looking | None = None
     looked_deg: tuple[float, ...] = (0.0,) * SIDES
+
+    @property
+    def certified(self) -> bool:
+        """Whether every motion is certified; else bounds are measured and hold nothing."""
+        return self.settings.arm == "certified"
 
     @property
     def base(self) -> Array:

@@ -30,7 +30,7 @@ def step(drive: DriveConstants, state: SnakeState, command: SnakeCommand, dt: fl
     outcome = REST
     if drive.moves:
         state, outcome = follow_tissue(drive, state, dt)
-    if (speed != 0.0 or command.bends) and lost(drive, state) is None:
+    if (speed != 0.0 or command.bends) and not (state.certified and lost(drive, state)):
         state, done = _obeyed(drive, state, command, dt)
         outcome = both(outcome, done)
     distal = slice(2 * drive.first, None)

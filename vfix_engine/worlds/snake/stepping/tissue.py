@@ -43,7 +43,7 @@ def follow_tissue(drive: DriveConstants, state: SnakeState, dt: float) -> tuple[
     if state.following:
         state, outcome = _to_goal(drive, state, dt)
     left = time_left(state, dt)
-    if left >= LEAST_LEFT * dt and _beyond(drive, state):
+    if state.certified and left >= LEAST_LEFT * dt and _beyond(drive, state):
         state = retreated(drive, state, left)
     if state.settled and (outcome.name != "rest" or state.pose.shape is not was):
         control = state.control.copy()
