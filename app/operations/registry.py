@@ -8,6 +8,7 @@ from app.operations.spec import DocumentSpec
 
 DOCUMENTS: list[str] = [
     "app.imaging.label_operations",
+    "app.lumen.operations",
     "app.plans.operations",
     "app.registration.operations",
 ]

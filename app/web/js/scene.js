@@ -175,7 +175,7 @@ export class SceneFrame {
    * @param {ViewModel} state
    */
   restIfMust({ rehearsal }) {
-    const rests = this.software && this.layout === "endoscope" && rehearsal?.state === "running";
+    const rests = this.software && (this.layout === "endoscope" || this.layout === "endoscope-alone") && rehearsal?.state === "running";
     if (rests === this.rests) return;
     this.rests = rests;
     byId("scene-rests").hidden = !rests;
