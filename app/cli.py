@@ -46,6 +46,7 @@ VERBS = (
     CliVerb("score", "app.commands.score", "score recorded runs"),
     CliVerb("report", "app.commands.report", "write a report on recorded runs"),
     CliVerb("route", "app.commands.route", "list, make and edit routes through a lumen", needs_app=True),
+    CliVerb("study", "app.commands.study", "run a paper's experiment with simulated people"),
     CliVerb("lumen", "app.commands.lumen", "drive a snake robot through a lumen"),
     CliVerb("bench", "app.commands.bench", "measure the engine on this machine"),
     CliVerb("doctor", "app.commands.doctor", "check this machine"),

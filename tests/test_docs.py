@@ -2,7 +2,10 @@
 
 import argparse
 import ast
+import contextlib
+import io
 import re
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -112,6 +115,36 @@ def test_every_option_is_documented(verb: str) -> None:
     for action in below._actions:
         if isinstance(action, argparse._SubParsersAction):
             assert not [name for name in action.choices if f"`vfix {verb} {name} " not in words.replace("`,", " `,")]
+
+
+def commands() -> list[tuple[str, str]]:
+    """Command lines in the docs, with the file of each; abbreviated ones left out."""
+    line = re.compile(r"`(?:\.venv/bin/)?vfix ([^`\n]+)`|^(?:\.venv/bin/)?vfix ([^`\n]+)$", re.MULTILINE)
+    return [
+        (file.name, command)
+        for file in PAGES
+        if file.name != "CHANGELOG.md"
+        for found in line.finditer(file.read_text(encoding="utf-8"))
+        if not re.search(r"…|\[|\|", command := (found[1] or found[2]).partition(" > ")[0])
+        if command.split()[0] in VERBS
+    ]
+
+
+def test_options_and_choices_in_the_docs_exist() -> None:
+    """Capitals stand for values, so only names of options and choices are checked."""
+    given, unknown = commands(), []
+    assert len(given) > 200
+    for file, command in given:
+        words = shlex.split(command, comments=True)
+        try:
+            with contextlib.redirect_stdout(io.StringIO()):  # of --help
+                cli._build_parser(words[0])[0].parse_args(words)
+        except cli._UsageError as error:
+            if re.search("invalid choice|unrecognized arguments", str(error)):
+                unknown.append(f"{file}: vfix {command}: {error}")
+        except SystemExit:
+            pass
+    assert not unknown
 
 
 def test_every_verb_is_documented() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from fastapi import APIRouter
 from pydantic import BaseModel
 
@@ -20,16 +22,19 @@ _Triple = tuple[float, float, float]
 class RoutePathPublic(BaseModel):
     """The pathway of a route; lengths in mm, places in LPS mm.
 
-    links: of the robot. reach_mm: how far its tip can go, reach_words: what ends its way. least_mm, least_at_mm: the
-    least radius, and where along the pathway. s_mm, radius_mm, wall_mm: along it, its radius and the distance from the
-    centreline to the wall. centreline: places 1 mm apart.
+    links: of the robot. reach_mm: how deep its tip comes; limit, reach_words: what ends its way; offers: what would
+    come deeper, in words. least_mm, least_at_mm: the least radius, and where along the pathway.
+    s_mm, radius_mm, wall_mm: along it, its radius and the distance from the centreline to the wall.
+    centreline: places 1 mm apart.
     """
 
     route: str
     length_mm: float
     links: int
     reach_mm: float
+    limit: Literal["end", "links", "narrow", "bound", "shape"]
     reach_words: str
+    offers: list[str]
     least_mm: float
     least_at_mm: float
     s_mm: list[float]
@@ -61,10 +66,12 @@ def _public(route_id: str, path: RoutePath) -> RoutePathPublic:
         route=route_id,
         length_mm=path.length_mm,
         links=path.snake.links,
-        reach_mm=path.reach_mm,
-        reach_words=path.reach_words,
-        least_mm=path.narrowest.radius_mm,
-        least_at_mm=path.narrowest.at_mm,
+        reach_mm=path.reach.depth_mm,
+        limit=path.reach.limit,
+        reach_words=path.reach.words,
+        offers=[offer.words for offer in path.reach.offers],
+        least_mm=path.reach.narrowest.radius_mm,
+        least_at_mm=path.reach.narrowest.at_mm,
         s_mm=_plain(path.s_mm),
         radius_mm=_plain(path.radius_mm),
         wall_mm=_plain(path.wall_mm),

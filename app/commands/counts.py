@@ -17,5 +17,5 @@ def positive(text: str) -> int:
     """An integer of at least 1."""
     number = natural(text)
     if number == 0:
-        raise argparse.ArgumentTypeError("0 steps are none")
+        raise argparse.ArgumentTypeError("1 is the least")
     return number

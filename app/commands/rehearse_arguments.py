@@ -15,7 +15,7 @@ from vfix_engine.runtime.control_mode import DEVICES, MODES
 from vfix_engine.worlds.rigid.presets import PRESETS
 
 RECORDED = "recorded"  # the operator of --hand
-OPERATORS = ("scripted", "pushing", RECORDED)
+OPERATORS = ("scripted", "person", "pushing", RECORDED)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:  # slow to load, and a planner without a lumen needs none of i
     from vfix_engine.pathway.pathway import Contours, TissueMotion
     from vfix_engine.worlds.snake import DriveSettings
     from vfix_engine.worlds.snake.lumen import Lumen
-    from vfix_engine.worlds.snake.narrow import Narrowest
+    from vfix_engine.worlds.snake.reach import Reach
 
 KEPT = 8  # routes whose pathway stays in memory
 RING_MM = 15.0  # between two contours that are drawn
@@ -40,7 +40,7 @@ class RoutePath:
 
     lumen: centreline, curve and pathway; snake: the whole robot; tissue: None where it is still.
     s_mm (n,), radius_mm (n,), wall_mm (n,): along the pathway, its least radius and the distance to the wall.
-    surface: of the pathway, at rest.
+    reach: how deep the robot comes, and what would come deeper. surface: of the pathway, at rest.
     """
 
     lumen: Lumen
@@ -50,7 +50,7 @@ class RoutePath:
     s_mm: Array
     radius_mm: Array
     wall_mm: Array
-    narrowest: Narrowest
+    reach: Reach
     surface: TriangleMesh
 
     @property
@@ -67,25 +67,6 @@ class RoutePath:
                 last = float(s)
                 found.append(_rim(contours, index))
         return found
-
-    @property
-    def reach_mm(self) -> float:
-        """How far the tip can go: the length of the robot or of the way, or where the lumen is too narrow."""
-        robot = min(self.length_mm, self.snake.reach_mm())
-        if self.narrowest.radius_mm >= self.narrowest.robot_mm:
-            return robot
-        return min(robot, self.narrowest.free.at_mm if self.narrowest.free is not None else 0.0)
-
-    @property
-    def reach_words(self) -> str:
-        """What ends the way of the tip."""
-        found = self.narrowest
-        if found.radius_mm < found.robot_mm:
-            assert found.first is not None
-            return f"too narrow: radius {found.first.radius_mm:.1f} mm at {found.first.at_mm:.0f} mm"
-        if self.snake.reach_mm() < self.length_mm:
-            return f"the robot's {self.snake.links} links are all in"
-        return "the end of the route"
 
 
 class RoutePaths:
@@ -158,17 +139,17 @@ def _rim(contours: Contours, index: int) -> Array:
 
 
 def drive_settings(route: Route) -> DriveSettings:
-    """The settings of a drive along a route."""
+    """The settings of a drive along a route; the view turns to the side to which a hand pulls the camera."""
     from vfix_engine.worlds.snake import DriveSettings
 
-    return DriveSettings(bound_mm=route.bound_mm)
+    return DriveSettings(bound_mm=route.bound_mm, control="view")
 
 
 def _path(mesh: TriangleMesh, route: Route) -> RoutePath:
     from vfix_engine.pathway.pathway_surface import pathway_surface
     from vfix_engine.pathway.tissue_motion import breathing
     from vfix_engine.worlds.snake.lumen import lumen_between
-    from vfix_engine.worlds.snake.narrow import narrowest
+    from vfix_engine.worlds.snake.reach import reach_of
 
     entry, end = _ends(route)
     settings, model = drive_settings(route), route.robot()
@@ -184,6 +165,6 @@ def _path(mesh: TriangleMesh, route: Route) -> RoutePath:
         lumen, snake, settings, tissue, s,
         np.interp(s, contours.s, contours.radius.min(axis=1)),
         np.interp(s, along, line.radius),
-        narrowest(pathway, snake, route.bound_mm, min(lumen.curve.length, snake.reach_mm())),
+        reach_of(pathway, snake, settings, lumen.curve, lumen.slack, mesh=mesh),
         pathway_surface(pathway.moved(None)),
     )  # fmt: skip

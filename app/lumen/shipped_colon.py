@@ -21,7 +21,7 @@ from app.lumen.service import RouteService
 from app.store import Store
 from app.store.errors import StoreDamaged
 from app.store.models import DocumentRow
-from vfix_engine.anatomy.lumen.synthetic import synthetic_course
+from vfix_engine.anatomy.lumen.colon_case import colon_case
 
 SAMPLE_ROUTE = "colon-phantom-sample"
 _NAME = "Colon phantom"
@@ -58,8 +58,6 @@ def _content() -> CaseContent:
     info = surface_info(LUMEN, mesh, _SOURCE)
     digest = hashlib.sha256(mesh.vertices.tobytes() + mesh.faces.tobytes()).hexdigest()
     structure = anatomy_structure("lumen", info, f"sha256:{digest}", Provenance("shipped"), is_closed(mesh))
-    marks = tuple(
-        CaseLandmark(name.replace("_", " ").capitalize(), to_triple(place))
-        for name, place in synthetic_course().landmarks.items()
-    )
+    places = colon_case().course.landmarks
+    marks = tuple(CaseLandmark(name.replace("_", " ").capitalize(), to_triple(at)) for name, at in places.items())
     return CaseContent(CaseFrame("LPS", assumed=False), (info,), kind="lumen", structures=(structure,), landmarks=marks)

@@ -27,7 +27,7 @@ def test_a_colon_is_opened_planned_and_driven_by_wheel_and_drag(open_page: Open,
     station.picture("lumen-patient")
 
     page.click("[data-step=route]")
-    page.select_option("#route-end", label="First flexure")
+    page.select_option("#route-end", label="Descending sigmoid")
     station.wait_for("the pathway", lambda: _path(station, "ready"), DRIVEN_S)
     shorter = station.state("route_path")["length_mm"]
     page.keyboard.press("Control+z")

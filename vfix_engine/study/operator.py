@@ -27,6 +27,8 @@ from .person import DriftNoise, Person, Tremor
 END_MM = 0.5  # remaining arc length, as seen, at which a free hand has finished
 SEARCH_MM = 10.0  # progress is searched this far from the last one
 VIEW = np.array([0.87, 0.35, 0.35]) / np.linalg.norm([0.87, 0.35, 0.35])  # axis of the picture, LPS: assumed
+DEVICE_COUNTS = 32  # steps of a rate device's axis to full deflection: assumed
+DEVICE_NOISE = 3.0  # of a deflection, in those of a force: assumed
 _STRAIGHT = 1e-3  # sine of a bend below which a tool has no side
 
 
@@ -91,15 +93,25 @@ class PursuitOperator:
     """Pursues a point ahead on the path: ``Snapshot → Command``, None once the end seems reached.
 
     guide: what the plan shows; person: who it is; settings: of the world, for what a force does; seed: of every
-    random number: the same snapshots make the same commands.
+    random number: the same snapshots make the same commands. device_axes: (3, 3) axes of a rate device in the patient's
+    frame, as columns; None: the hand is on the tool or on the robot.
     """
 
-    def __init__(self, guide: Guide, person: Person, tool: Tool, settings: ControlSettings, seed: int = 0):
-        self._guide, self._person, self._settings = guide, person, settings
+    def __init__(
+        self,
+        guide: Guide,
+        person: Person,
+        tool: Tool,
+        settings: ControlSettings,
+        seed: int | np.random.SeedSequence = 0,
+        device_axes: Array | None = None,
+    ):
+        self._guide, self._person, self._settings, self._device_axes = guide, person, settings, device_axes
         random, dt = np.random.default_rng(seed), settings.dt_s
         self._full_turn = settings.rotation_gain_rad_per_s_per_nmm * settings.force_cap_n * tool.grip_from_bend
         self._drift, self._noise = DriftNoise(random, dt, person.drift_s), DriftNoise(random, dt, 0.3)
         self._aim, self._tremor = DriftNoise(random, dt, 1.0), Tremor(random, dt)
+        self._turned: Array = np.zeros(3) if device_axes is None else random.standard_normal(3)
         across = np.eye(3) - np.outer(VIEW, VIEW)
         self._wrong = person.see_across_mm * across / np.sqrt(2.0) + person.see_depth_mm * np.outer(VIEW, VIEW)
         self._late: deque[Seen] = deque(maxlen=1 + round(person.delay_s / dt))
@@ -132,11 +144,17 @@ class PursuitOperator:
         """Lead a robot: a force along the path as seen, of which the robot makes what the fixtures admit."""
         path, person, s = self._guide.path, self._person, self.progress_mm
         forwards = path.position(min(s + person.look_ahead_mm, path.length)) - path.position(max(s - END_MM, 0.0))
-        direction = _unit(forwards)
-        off = self._aim.next()
-        direction = _unit(direction + person.aim_rad / np.sqrt(2.0) * (off - direction * (off @ direction)))
-        size = person.force_n * (1.0 + person.force_noise * float(self._noise.next()[0]))
-        return Command(size * direction)
+        direction, off = _unit(forwards), self._aim.next()
+        axes, noise = self._device_axes, float(self._noise.next()[0])
+        if axes is None:
+            size = person.force_n * (1.0 + person.force_noise * noise)
+            return Command(size * _tilted(direction, person.aim_rad, off))
+        off = (self._turned + off) * np.sqrt(0.5)  # half of it lies in how this person holds the device
+        size = person.device_n * (1.0 + DEVICE_NOISE * person.force_noise * noise)
+        full = self._settings.force_cap_n
+        shares = axes.T @ (size / full * _tilted(direction, person.device_aim_rad, off))
+        counts = np.round(DEVICE_COUNTS * shares) / DEVICE_COUNTS
+        return Command(full * axes @ np.where(np.abs(shares) < person.dead_band, 0.0, counts))
 
     def _turn(self, now: Seen) -> tuple[tuple[float, float, float], float]:
         """Axes and twist that turn the tool towards its orientation in the plan."""
@@ -161,6 +179,12 @@ def as_operator(person: PursuitOperator) -> Callable[[Any, Any], Act | None]:
         return None if command is None else Act(command)
 
     return act
+
+
+def _tilted(direction: Array, angle_rad: float, noise: Array) -> Array:
+    """A unit vector (3,) that is off a direction (3,) by an angle of this rms; noise: (3,) of unit variance."""
+    across = noise - direction * (noise @ direction)
+    return _unit(direction + angle_rad / np.sqrt(2.0) * across)
 
 
 def _unit(vector: Array) -> Array:

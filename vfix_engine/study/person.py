@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError
+
+# Standard deviation over people of the logarithm of a parameter: all assumed, but that people differ is not.
+SPREADS: Mapping[str, float] = {
+    "delay_s": 0.12, "tremor_mm": 0.35, "see_across_mm": 0.30, "see_depth_mm": 0.35, "hand_speed_mm_per_s": 0.25,
+    "motion_noise": 0.30, "force_n": 0.12, "force_noise": 0.30, "aim_rad": 0.30, "device_n": 0.15,
+    "device_aim_rad": 0.25, "dead_band": 0.30, "learning": 0.40,
+}  # fmt: skip
+_PRACTISED_ERRORS = ("see_across_mm", "see_depth_mm", "aim_rad", "device_aim_rad")
+_PRACTISED_SPEEDS = ("hand_speed_mm_per_s", "force_n", "device_n")
 
 
 @dataclass(frozen=True)
@@ -28,6 +38,11 @@ class Person:
     aim_rad: error of the direction of that force (assumed, 12°).
     look_ahead_mm: how far ahead of the tip the pursued point of the path is (assumed).
     turn_s: time in which a seen error of the tool's orientation is turned away (assumed).
+    device_n: deflection of a rate device with which a person leads a robot, as a force (assumed: such a device has no
+        scale of its own). device_aim_rad: error of its direction (assumed, 30°, as its axes are turned against the
+        picture). dead_band: share of full deflection below which an axis of the device says 0 (assumed).
+    learning: exponent of the power law of practice (Newell & Rosenbloom 1981; the size is assumed): of slowness and
+        errors of the first trial, (n + 1)^-learning is left in trial n.
 
     Raises:
         InputError: a value is negative or not finite, or a time or length that divides is 0.
@@ -46,6 +61,10 @@ class Person:
     aim_rad: float = float(np.radians(12.0))
     look_ahead_mm: float = 4.0
     turn_s: float = 0.3
+    device_n: float = 2.45
+    device_aim_rad: float = float(np.radians(30.0))
+    dead_band: float = 0.15
+    learning: float = 0.06
 
     def __post_init__(self) -> None:
         for name, value in self.__dict__.items():
@@ -60,8 +79,24 @@ class Person:
         """A hand that follows what it sees at once, and sees it as it is."""
         return cls(
             delay_s=0.0, tremor_mm=0.0, see_across_mm=0.0, see_depth_mm=0.0, hand_lag_s=1e-3, motion_noise=0.0,
-            force_noise=0.0, aim_rad=0.0, look_ahead_mm=1.0,
+            force_noise=0.0, aim_rad=0.0, look_ahead_mm=1.0, device_aim_rad=0.0, dead_band=0.0, learning=0.0,
         )  # fmt: skip
+
+    def drawn(self, random: np.random.Generator, spreads: Mapping[str, float] = SPREADS) -> Person:
+        """One of many people with these medians.
+
+        spreads: standard deviation of the natural logarithm of each parameter that differs between people.
+        """
+        factors = np.exp(np.array([*spreads.values()]) * random.standard_normal(len(spreads))).tolist()
+        return replace(
+            self, **{name: getattr(self, name) * factor for name, factor in zip(spreads, factors, strict=True)}
+        )
+
+    def practised(self, trial: int) -> Person:
+        """The same person in trial 0, 1, …: faster, and wrong by less."""
+        left = (trial + 1) ** -self.learning
+        less = {name: left * getattr(self, name) for name in _PRACTISED_ERRORS}
+        return replace(self, **less, **{name: getattr(self, name) / left for name in _PRACTISED_SPEEDS})
 
 
 class DriftNoise:

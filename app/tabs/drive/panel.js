@@ -14,7 +14,7 @@ import { SnakeStatus } from "./status.js";
 const LIVE = ["ready", "running", "paused"];
 /** @type {Record<string, string | undefined>} */
 const STATE_WORDS = { absent: "Not in place yet.", ready: "At the entry.", running: "Running.", paused: "Paused where it is." };
-const HELP = "In the picture: the wheel inserts and retracts 5 mm a notch, a drag moves the camera, releasing it is the clutch. Keys: W S insert and retract, A D turn to the sides. Gamepad: triggers insert, the right stick turns. Straighten before inserting on.";
+const HELP = "In the picture: the wheel inserts and retracts 5 mm a notch, a drag moves the camera, releasing it is the clutch. Keys: W S insert and retract, A D turn to the sides. Gamepad: triggers insert, the right stick turns.";
 /** @type {Record<DeviceKind, string>} */
 const NAMES = { mouse: "Mouse", keys: "Keys", gamepad: "Gamepad", "space-mouse": "SpaceMouse" };
 

@@ -26,7 +26,7 @@ def prepare(services: Services, route: StoredRoute) -> PreparedSnake:
     Raises VfixError where the route leads nowhere, or the lumen is narrower than the robot.
     """
     path = services.lumen_routes.paths.wait(route)
-    path.narrowest.refuse(path.snake)
+    path.reach.narrowest.refuse(path.snake)
     settings = SnakeSettings(bound_mm=route.content.bound_mm)
     spec = SnakeSystemSpec(LumenContours.of(path.lumen), path.snake, settings, path.settings, path.tissue)
     recording, unrecorded = services.recordings.attempt(route.case_id, route.id, route.name)

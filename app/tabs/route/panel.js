@@ -8,7 +8,7 @@ import { draw, html, iconTool, live, nameRow, nothing, repeat, said, titled, unl
 import { RadiiPlot } from "./radii-plot.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
-/** @import { LandmarkView, RouteEntry, RoutePathSection, RouteSection, ViewModel } from "/static/js/types.js" */
+/** @import { LandmarkView, ReachOfferView, RouteEntry, RoutePathSection, RouteSection, ViewModel } from "/static/js/types.js" */
 
 /** @typedef {"entry" | "end"} End */
 /** @type {[End, string][]} */
@@ -37,7 +37,7 @@ export default class RoutePanel {
     this.drawList(routes?.items ?? [], route);
     draw(this.ends, route ? this.endsOf(route, open?.landmarks ?? []) : html``);
     draw(this.robot, route ? this.robotOf(route) : html``);
-    draw(this.path, route && path ? titled("Pathway", null, pathWords(path)) : html``);
+    draw(this.path, route && path ? titled("Pathway", null, this.pathOf(path)) : html``);
     for (const part of [this.ends, this.robot, this.path]) part.hidden = !route;
     this.plot.update(path);
   }
@@ -131,6 +131,16 @@ export default class RoutePanel {
         @change=${this.breathes}>Breathing, 8 mm</label>`);
   }
 
+  /** @param {RoutePathSection} path */
+  pathOf(path) {
+    const take = (/** @type {ReachOfferView} */ { links, length_mm, radius_mm, bound_mm }) => {
+      this.connection.send("route.robot", { links, length_mm, radius_mm });
+      if (bound_mm !== (this.connection.state.route?.bound_mm ?? null)) this.connection.send("route.bound", { bound_mm });
+    };
+    return html`${pathWords(path)}<ul class="list plain-rows" id="reach-offers" ?hidden=${!path.offers.length}>${path.offers.map((offer) => html`<li class="row"><span>${offer.words}</span>
+      <button type="button" @click=${() => take(offer)}>Take</button></li>`)}</ul>`;
+  }
+
   robotChanged = () => {
     const [links, length_mm, radius_mm] = ROBOT.map((name) => typed(`route-${name}`));
     this.connection.send("route.robot", { links, length_mm: length_mm ?? NaN, radius_mm: radius_mm ?? NaN });
@@ -170,7 +180,8 @@ function pathWords(path) {
     ["Length", `${fixed(path.length_mm, 0)} mm`],
     ["Links", String(path.links)],
     ["Narrowest", `${fixed(path.least_mm, 1)} mm at ${fixed(path.least_at_mm, 0)} mm`],
-    ["Tip reaches", `${fixed(path.reach_mm, 0)} mm: ${path.reach_words}`],
+    ["Tip reaches", `${fixed(path.reach_mm, 0)} mm`],
   ];
-  return html`<dl class=${path.too_narrow ? "facts caution" : "facts"} id="route-facts">${facts.map(([term, value]) => html`<dt>${term}</dt><dd>${value}</dd>`)}</dl>`;
+  return html`<dl class="facts" id="route-facts">${facts.map(([term, value]) => html`<dt>${term}</dt><dd>${value}</dd>`)}</dl>
+    <p class=${["narrow", "bound", "shape"].includes(path.limit) ? "words caution" : "words"} id="reach-words">${said(path.reach_words)}</p>`;
 }

@@ -43,11 +43,21 @@ class RouteSection(TypedDict):
     picking: Literal["entry", "end", ""]
 
 
+class ReachOfferView(TypedDict):
+    """A robot, or a bound, with which the tip comes deeper; lengths in mm. bound_mm: None by the lumen's radius."""
+
+    words: str
+    links: int
+    length_mm: float
+    radius_mm: float
+    bound_mm: float | None
+
+
 class RoutePathSection(TypedDict):
     """What was computed of the open route; lengths in mm.
 
-    words: why it failed. reach_mm: how far the tip can go; reach_words: what ends its way. too_narrow: the robot is
-    wider than the lumen. s_mm, radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
+    words: why it failed. reach_mm: how deep the tip comes; limit, reach_words: what ends its way. offers: what would
+    come deeper. s_mm, radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
     """
 
     state: Literal["none", "computing", "ready", "failed"]
@@ -56,7 +66,8 @@ class RoutePathSection(TypedDict):
     links: int | None
     reach_mm: float | None
     reach_words: str
-    too_narrow: bool
+    limit: Literal["", "end", "links", "narrow", "bound", "shape"]
+    offers: list[ReachOfferView]
     least_mm: float | None
     least_at_mm: float | None
     s_mm: list[float]

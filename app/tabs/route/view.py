@@ -5,8 +5,9 @@ from __future__ import annotations
 from app.drives.view import number, place
 from app.lumen.document import StoredRoute
 from app.lumen.paths import RoutePath
-from app.tabs.route.sections import RoutePathSection, RouteSection
+from app.tabs.route.sections import ReachOfferView, RoutePathSection, RouteSection
 from vfix_engine.arrays import Array
+from vfix_engine.worlds.snake.reach import ReachOffer
 
 
 def route_section(route: StoredRoute, picking: str) -> RouteSection:
@@ -39,7 +40,8 @@ def path_section(path: RoutePath | None, computing: bool, failure: str) -> Route
         "links": None,
         "reach_mm": None,
         "reach_words": "",
-        "too_narrow": False,
+        "limit": "",
+        "offers": [],
         "least_mm": None,
         "least_at_mm": None,
         "s_mm": [],
@@ -48,20 +50,32 @@ def path_section(path: RoutePath | None, computing: bool, failure: str) -> Route
     }
     if path is None:
         return empty
-    narrow = path.narrowest
+    reach, narrow = path.reach, path.reach.narrowest
     return {
         "state": "ready",
         "words": "",
         "length_mm": number(path.length_mm, 1),
         "links": path.snake.links,
-        "reach_mm": number(path.reach_mm, 1),
-        "reach_words": path.reach_words,
-        "too_narrow": narrow.radius_mm < narrow.robot_mm,
+        "reach_mm": number(reach.depth_mm, 1),
+        "reach_words": reach.words,
+        "limit": reach.limit,
+        "offers": [_offer(offer) for offer in reach.offers],
         "least_mm": number(narrow.radius_mm, 1),
         "least_at_mm": number(narrow.at_mm, 0),
         "s_mm": _plain(path.s_mm),
         "radius_mm": _plain(path.radius_mm),
         "wall_mm": _plain(path.wall_mm),
+    }
+
+
+def _offer(offer: ReachOffer) -> ReachOfferView:
+    robot = offer.snake
+    return {
+        "words": offer.words,
+        "links": robot.links,
+        "length_mm": robot.length_mm,
+        "radius_mm": robot.radius_mm,
+        "bound_mm": offer.bound_mm,
     }
 
 

@@ -709,8 +709,8 @@ export interface RouteSection {
 /**
  * What was computed of the open route; lengths in mm.
  *
- * words: why it failed. reach_mm: how far the tip can go; reach_words: what ends its way. too_narrow: the robot is
- * wider than the lumen. s_mm, radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
+ * words: why it failed. reach_mm: how deep the tip comes; limit, reach_words: what ends its way. offers: what would
+ * come deeper. s_mm, radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
  */
 export interface RoutePathSection {
   state: "none" | "computing" | "ready" | "failed";
@@ -719,12 +719,22 @@ export interface RoutePathSection {
   links: number | null;
   reach_mm: number | null;
   reach_words: string;
-  too_narrow: boolean;
+  limit: "" | "end" | "links" | "narrow" | "bound" | "shape";
+  offers: ReachOfferView[];
   least_mm: number | null;
   least_at_mm: number | null;
   s_mm: number[];
   radius_mm: number[];
   wall_mm: number[];
+}
+
+/** A robot, or a bound, with which the tip comes deeper; lengths in mm. bound_mm: None by the lumen's radius. */
+export interface ReachOfferView {
+  words: string;
+  links: number;
+  length_mm: number;
+  radius_mm: number;
+  bound_mm: number | null;
 }
 
 /** The registrations of the open case. */

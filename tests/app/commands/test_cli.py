@@ -73,7 +73,7 @@ def test_a_refusal_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     [
         (["import"], "required: PATH"),
         (["import", "x.ply", "--frame", "MNI"], "MNI"),
-        (["rehearse", "--case", "x", "--plan", "y", "--steps", "0"], "0 steps are none"),
+        (["rehearse", "--case", "x", "--plan", "y", "--steps", "0"], "1 is the least"),
         (["plan", "burn"], "burn"),
         (["fly"], "fly"),
     ],

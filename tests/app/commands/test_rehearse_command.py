@@ -12,6 +12,8 @@ import pytest
 import trimesh
 
 from app.cli import main
+from app.commands.rehearse import DRIVES
+from app.commands.rehearse_arguments import OPERATORS, RECORDED
 from app.exchange import resolve
 from tests.engine.scenes import CoalJudge
 from vfix_engine.geometry.capsules import Segments
@@ -180,3 +182,7 @@ def test_what_cannot_be_done_is_said(
     assert status == 2
     assert word in json.loads(printed.out)["error"]["message"]
     assert "Traceback" not in printed.err
+
+
+def test_whoever_can_drive_can_be_chosen() -> None:
+    assert {*DRIVES, RECORDED} == set(OPERATORS)

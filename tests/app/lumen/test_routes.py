@@ -74,7 +74,7 @@ def test_a_route_is_edited_over_rest_and_its_pathway_is_a_job(client: Client, ph
     _ended(client, client.post(f"{address}/path").json()["id"])
     path = client.get(f"{address}/path").json()
     assert 130.0 < path["length_mm"] < 150.0
-    assert (path["links"], path["reach_mm"], path["reach_words"]) == (3, 60.0, "the robot's 3 links are all in")
+    assert (path["links"], round(path["reach_mm"]), path["limit"]) == (3, 60, "links")
     assert len(path["s_mm"]) == len(path["radius_mm"]) == len(path["wall_mm"]) > 20
     np.testing.assert_allclose(path["radius_mm"], RADIUS_MM, atol=1.0)
     assert client.post(f"{address}/swap").json()["entry"] == list(END)
@@ -115,10 +115,10 @@ def test_a_robot_that_is_wider_than_the_lumen_is_told_how_far_it_comes(phantom_s
     path = phantom_services.lumen_routes.paths.wait(
         route_in(phantom_services, tube(phantom_services), radius_mm=16.0, length_mm=40.0)
     )
-    assert path.reach_mm == 0.0
-    assert path.reach_words.startswith("too narrow: radius 1")
+    assert (path.reach.depth_mm, path.reach.limit) == (0.0, "narrow")
+    assert path.reach.offers[0].depth_mm > 100.0
     with pytest.raises(InputError, match="narrower than the robot"):
-        path.narrowest.refuse(path.snake)
+        path.reach.narrowest.refuse(path.snake)
 
 
 def test_an_endoscope_sees_the_wall_from_inside(client: Client, phantom_services: Services) -> None:

@@ -51,7 +51,7 @@ def test_a_route_is_made_and_its_ends_are_clicked_on_the_wall(opened: Opened) ->
     path = shown["route_path"]
     assert path["state"] == "ready"
     assert path["length_mm"] == pytest.approx(120.0, abs=10.0)
-    assert path["reach_words"] == "the end of the route"
+    assert path["limit"] == "end"
     assert [layer.name for layer in opened.tab.layers()] == ["route.ends", "route.path"]
 
 
@@ -71,7 +71,7 @@ def test_edits_are_undone_and_redone_and_the_pathway_follows(opened: Opened) -> 
     assert opened.do("route.undo")["route_path"]["length_mm"] == long
     assert opened.do("route.redo")["route_path"]["length_mm"] == short
     robot = opened.do("route.robot", links=2, length_mm=20.0, radius_mm=5.0)
-    assert (robot["route"]["links"], robot["route_path"]["reach_mm"]) == (2, 40.0)
+    assert (robot["route"]["links"], round(robot["route_path"]["reach_mm"])) == (2, 40)
     opened.do("route.redo")
     assert opened.heard.words[-1] == "There is nothing to redo."
 

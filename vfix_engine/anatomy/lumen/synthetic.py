@@ -1,7 +1,7 @@
 """Synthetic colons for tests and first steps: haustra between folds, and optionally two walls that have fused.
 
 The lumen is the union of balls along a curve; its surface is extracted by marching cubes (Lewiner et al. 2003, as in
-scikit-image). It is not based on measurements of patients.
+scikit-image). It is not based on measurements of patients. A whole colon for a drive is in ``colon_case.py``.
 """
 
 from __future__ import annotations

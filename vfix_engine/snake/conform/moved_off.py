@@ -24,17 +24,25 @@ MOST = 0.1  # [rad] that a joint of a planned shape may be moved for it
 
 
 def moved_off(
-    shape: ShapeSolution, snake: SnakeModel, query: Query, packed: PackedPathway, windows: IntArray, bound: Array
+    shape: ShapeSolution,
+    snake: SnakeModel,
+    query: Query,
+    packed: PackedPathway,
+    windows: IntArray,
+    bound: Array,
+    bend: Array | None = None,
 ) -> ShapeSolution | None:
     """A shape that keeps its bounds (L,) mm, near one that does not or hardly; None where it does, or none is found.
 
-    windows: (L, 2) segments that the links are measured against.
+    windows: (L, 2) segments that the links are measured against. bend: (2L,) rad, of the joints off the shape that
+        keeps the bounds with it; None: none.
     """
     kept = bound - np.minimum(RESERVE_MM, 0.5 * bound)
-    depth = query.deviations(packed, snake.frames(shape.q, shape.base), windows).depth
+    bent = shape.q if bend is None or not bend.any() else snake.clamp(shape.q + bend)
+    depth = query.deviations(packed, snake.frames(bent, shape.base), windows).depth
     if (depth <= kept).all():
         return None
-    q = projected_to_limits(DistalContext(snake, query, shape.base, shape.q, packed, windows, kept), shape.q, MOST)
+    q = projected_to_limits(DistalContext(snake, query, shape.base, bent, packed, windows, kept), bent, MOST)
     if q is None or (query.deviations(packed, snake.frames(q, shape.base), windows).depth > bound).any():
         return None
-    return replace(shape, q=q, exact=False)
+    return replace(shape, q=q if bent is shape.q else snake.clamp(shape.q + (q - bent)), exact=False)

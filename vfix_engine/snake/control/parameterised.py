@@ -31,7 +31,7 @@ class ParameterisedControl:
     """Steers (u, v) = r (cos ϑ, sin ϑ); q = Q(r, ϑ) about the conforming shape q̃ (Kwok 2013, section III.B.3)."""
 
     def __init__(self, count: Literal[4, 8] = 8, r_max: float = 1.4) -> None:
-        self.steering, self.speed_limited = (0.0, 0.0), False
+        self.steering, self.speed_limited, self.blocked = (0.0, 0.0), False, False
         self.bends: tuple[DistalBend, ...] = ()
         self._count, self._r_max = count, r_max
         self._next = (0.0, 0.0)

@@ -13,6 +13,7 @@ from typing import Self
 import numpy as np
 
 from ...arrays import Array
+from ...virtual_fixtures import Objective
 from ...virtual_fixtures.rows import with_progress
 from .tip_control import DistalContext, camera_jacobian, outwards
 from .wall_program import WallProgram, joint_regularisation
@@ -30,7 +31,7 @@ class QpControl:
     """Steps of all joints at once: camera as commanded, links within b_i, joints within ranges and speeds."""
 
     def __init__(self) -> None:
-        self.steering, self.speed_limited = (0.0, 0.0), False
+        self.steering, self.speed_limited, self.blocked = (0.0, 0.0), False, False
         self.unsolved = 0
 
     def copy(self) -> Self:
@@ -55,10 +56,8 @@ class QpControl:
         self.speed_limited = False
         if length == 0.0:
             return q
-        jacobian, desired = np.zeros((3, n)), np.zeros(3)
-        jacobian[:2], desired[:2] = camera_jacobian(snake, q), camera_mm
         objectives = [
-            with_progress(jacobian, desired, REWARD),
+            *self._camera(q, camera_mm),
             joint_regularisation(context, REGULARISATION),
             joint_regularisation(context, PULL, np.clip(context.rest - q, -most, most)),
         ]
@@ -93,6 +92,12 @@ class QpControl:
     def outwards(self, q: Array) -> Array:
         """Where the camera goes as the bend grows in proportion."""
         return outwards(self._context.snake, q, self._context.rest)
+
+    def _camera(self, q: Array, camera_mm: Array) -> list[Objective]:
+        """What the command asks of the camera."""
+        jacobian, desired = np.zeros((3, len(q))), np.zeros(3)
+        jacobian[:2], desired[:2] = camera_jacobian(self._context.snake, q), camera_mm
+        return [with_progress(jacobian, desired, REWARD)]
 
     def _kept(self, q: Array) -> bool:
         """Whether every link is within its bound."""

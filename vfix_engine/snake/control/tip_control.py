@@ -42,6 +42,8 @@ class TipControl(Protocol):
     """(u, v) = r (cos ϑ, sin ϑ); (0, 0) where the control has none."""
     speed_limited: bool
     """Whether the joints' speed cut what was wanted last."""
+    blocked: bool
+    """Whether what was wanted last hardly moves the camera as commanded; only 'view' tells."""
 
     def copy(self) -> Self:
         """One that goes on by itself."""

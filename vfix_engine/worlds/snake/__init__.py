@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .offline.drive_lumen import drive_lumen
     from .offline.script import DriveSpec
     from .offline.snake_drive import SnakeDrive
+    from .reach import Reach, reach_of
     from .requests import FollowTissue, LookRound
     from .settings import DriveSettings, SnakeSettings
     from .snapshot import SnakeSnapshot
@@ -28,7 +29,7 @@ _WHERE = {
     "LumenContours": "spec", "LumenSurface": "spec", "SnakeCommand": "stepping.command",
     "SnakeDrive": "offline.snake_drive", "SnakeSettings": "settings", "SnakeSnapshot": "snapshot",
     "SnakeState": "stepping.state", "SnakeSystem": "system", "SnakeSystemSpec": "spec",
-    "drive_lumen": "offline.drive_lumen",
+    "Reach": "reach", "drive_lumen": "offline.drive_lumen", "reach_of": "reach",
 }  # fmt: skip
 
 __all__ = [
@@ -38,6 +39,7 @@ __all__ = [
     "LookRound",
     "LumenContours",
     "LumenSurface",
+    "Reach",
     "SnakeCommand",
     "SnakeDrive",
     "SnakeSettings",
@@ -46,6 +48,7 @@ __all__ = [
     "SnakeSystem",
     "SnakeSystemSpec",
     "drive_lumen",
+    "reach_of",
 ]
 
 

@@ -13,8 +13,8 @@ from ...pathway.limits.link_bounds import BOUND_MM, LinkBounds
 from ...robots.snake import MOST_LINKS
 from ...validate import positive, whole, within
 
-Control = Literal["parameterised", "qp"]
-CONTROLS: tuple[Control, ...] = ("parameterised", "qp")
+Control = Literal["parameterised", "qp", "view"]
+CONTROLS: tuple[Control, ...] = ("parameterised", "qp", "view")
 _FINEST_MM = 0.01  # of a step or between two shapes: with smaller ones a drive takes hours
 _FINEST_S = 1e-5  # of a step
 _MOST_BENT = 0.5  # r: beyond it a tip does not count as straight
@@ -41,10 +41,12 @@ class DriveSettings:
     manipulated: distal links that the camera command moves, L' of Kwok 2013, section III.B.
     bound_mm, tip_bound_mm: b_i of eq. 17, of all links and of the last one, the same everywhere. None: by position, at
         most 8 mm and 4 mm and half the lumen's radius (``link_bounds``); for the tip alone: half the others'.
-    r_max: largest r, 1 at least; reoptimise_below: control bends are recomputed, and the tip is inserted, only while
-        r is not larger; from 0 to 0.5.
+    r_max: largest r, 1 at least; reoptimise_below: control bends are recomputed only while r is not larger; from 0 to
+        0.5. lock_bend: a bent tip is inserted and drawn back with its bend, relative to the pathway (Kwok 2013, section
+        IV.D); False: with a larger r it has to be straightened first.
     bends: control configurations, 4 or 8.
-    control: the paper's parameterised control, or the quadratic program.
+    control: the paper's parameterised control, the quadratic program, or the program that also turns the view to the
+        side to which the camera is pulled.
     contours, interpolated, angles: of the pathway; 1 angle gives circles. quantile: of the radii measured around a
         contour, which becomes a circle's radius.
     vertices_per_link: of the measured surface.
@@ -67,6 +69,7 @@ class DriveSettings:
     tip_bound_mm: float | None = None
     r_max: float = 1.4
     reoptimise_below: float = 0.15
+    lock_bend: bool = True
     bends: Literal[4, 8] = 8
     control: Control = "parameterised"
     contours: int = 50
@@ -104,6 +107,8 @@ class DriveSettings:
         within(_called("look_least_deg"), self.look_least_deg, 1.0, self.look_aim_deg)
         if self.control not in CONTROLS:
             raise InputError(f"control is one of {', '.join(CONTROLS)}, not {self.control!r}")
+        if not isinstance(self.lock_bend, bool):
+            raise InputError(f"drive setting lock_bend is true or false, not {self.lock_bend!r:.20}")
         if self.bends not in (4, 8):
             raise InputError(f"there are 4 or 8 control bends, not {self.bends}")
 
@@ -133,7 +138,7 @@ class SnakeSettings:
     step_s: the control period.
     insertion_mm_per_s, camera_mm_per_s: speeds of an axis that is fully deflected.
     bound_mm, tip_bound_mm: b_i of Kwok 2013, eq. 17, of all links and of the last one; None as in ``DriveSettings``.
-    reoptimise_below: r below which control bends are recomputed and the tip is inserted.
+    reoptimise_below: r below which control bends are recomputed.
 
     Raises:
         InputError: a value that is not finite or out of its range.

@@ -27,6 +27,7 @@ from .snapshot import SnakeSnapshot
 from .stepping.constants import start_of
 from .system import SnakeSystem
 
+_BEFORE: dict[str, Any] = {"lock_bend": False}  # drive settings of runs that do not say them
 _MOTIONS: dict[str, type[Breathing] | type[Peristalsis]] = {"breathing": Breathing, "peristalsis": Peristalsis}
 
 
@@ -188,7 +189,7 @@ class SnakeSystemSpec:
                 )  # fmt: skip
             return cls(
                 lumen, SnakeModel(**values["snake"]), SnakeSettings.from_dict(values["settings"]),
-                DriveSettings(**values["drive"]), _motion_of(values["tissue"]), values["tip_s"],
+                DriveSettings(**(_BEFORE | values["drive"])), _motion_of(values["tissue"]), values["tip_s"],
                 values.get("anyway", True),  # runs of versions without this check are replayed
             )  # fmt: skip
         except (KeyError, TypeError) as error:

@@ -146,7 +146,7 @@ def test_controls_are_compared_on_the_same_commands() -> None:
     assert json.loads(json.dumps(found)) == found
     assert set(found) == {"scripted", "adversarial"}
     for controls in found.values():
-        assert set(controls) == {"parameterised", "qp"}
+        assert set(controls) == {"parameterised", "qp", "view"}
         for one in controls.values():
             assert one["beyond_mm"] <= 0.0
             assert 0.0 <= one["deviation_mm"]["mean"] <= one["deviation_mm"]["max"] <= 8.0

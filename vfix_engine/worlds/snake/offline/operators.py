@@ -59,6 +59,11 @@ def scripted(stops: Sequence[Stop], target_s: float, with_plan: bool = True) -> 
     return SnakeOperator(partial(_scripted, stops=stops, target_s=target_s, with_plan=with_plan))
 
 
+def inserted(target_s: float, attempts: int) -> SnakeOperator:
+    """Insert to ``target_s``, and nothing else; where it is held, draw back and come again ``attempts`` times."""
+    return SnakeOperator(partial(_insert, to_s=target_s, attempts=attempts))
+
+
 def adversarial(steps: int, seed: int = 0) -> SnakeOperator:
     """Commands that try to get links out of the pathway: jumps, full speed, one direction for long, nonsense."""
     return SnakeOperator(partial(_adversarial, steps=steps, seed=seed))
@@ -93,23 +98,23 @@ def _scripted(drive: DriveView, stops: Sequence[Stop], target_s: float, with_pla
     yield from _insert(drive, target_s)
 
 
-def _insert(drive: DriveView, to_s: float) -> Iterator[Order]:
+def _insert(drive: DriveView, to_s: float, attempts: int = len(_COME_AGAIN)) -> Iterator[Order]:
     """Forwards; where it is held, back and again."""
     yield from _go(drive, to_s)
     # A path that moves may be shorter than it was: its end is the end.
     while drive.tip_s < min(to_s, drive.length_mm) - 1e-6:
-        passed = yield from _come_again(drive, to_s)
+        passed = yield from _come_again(drive, to_s, attempts)
         if not passed:
             return
         yield from _go(drive, to_s)
 
 
-def _come_again(drive: DriveView, to_s: float) -> Generator[Order, None, bool]:
+def _come_again(drive: DriveView, to_s: float, attempts: int) -> Generator[Order, None, bool]:
     """Draw back and come again, farther and with other shapes each time; whether the place was passed."""
     at, why, usual = drive.tip_s, _held_by(drive), drive.settings.waypoint_mm
     x, y, z = (drive.tip if drive.state.held_at is None else drive.state.held_at).tolist()
     passed = False
-    for back, share in _COME_AGAIN:
+    for back, share in _COME_AGAIN[:attempts]:
         drive.plan_anew(share * usual)
         before, goal = drive.tip_s, max(at - back, 0.0)
         yield from _go(drive, goal)

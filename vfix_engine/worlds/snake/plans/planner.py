@@ -128,7 +128,9 @@ class Planner:
 
     def _inside(self, shape: ShapeSolution, packed: PackedPathway, wanted: PlanInputs) -> ShapeSolution:
         windows = link_windows(self._pathway, shape.joint_s, self._first)
-        return moved_off(shape, self._snake, self._query, packed, windows, self._kept(shape, wanted)) or shape
+        kept = self._kept(shape, wanted)
+        bend = wanted.bend if self._settings.lock_bend else None
+        return moved_off(shape, self._snake, self._query, packed, windows, kept, bend) or shape
 
     def _kept(self, shape: ShapeSolution, wanted: PlanInputs) -> Array:
         """(L,) mm, the bounds of a planned shape and of those next to it; infinite outside of the pathway."""

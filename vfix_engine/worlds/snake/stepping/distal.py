@@ -45,8 +45,17 @@ def needs_bends(state: SnakeState) -> bool:
     return isinstance(state.control, ParameterisedControl)
 
 
+def is_bent(drive: DriveConstants, state: SnakeState) -> bool:
+    """Whether the distal links are bent so far, or by their joints, that control bends cannot be found anew."""
+    distal, pose = 2 * drive.first, state.pose
+    r = state.control.bent(pose.q[distal:], pose.shape.q[distal:])
+    return state.by_joints or r > state.settings.reoptimise_below
+
+
 def ready_to_look(drive: DriveConstants, state: SnakeState) -> SnakeState:
     """With the control of the distal links ready here; bends that are planned elsewhere are adopted, not computed."""
+    if state.carried and not is_bent(drive, state):
+        state = state._replace(settled=False, carried=False)
     if state.settled or (drive.planner is None and needs_bends(state)):
         return state
     control = state.control.copy()
@@ -80,6 +89,8 @@ def bend(
         return state, Outcome("held", _no_bend(drive, state, q), "bends")
     cut = control.speed_limited or float(np.abs(target - q).max()) > (1.0 + SAME) * most
     state, outcome = _go(drive, state, q, target, most, False)
+    if outcome.name == "moved" and control.blocked:
+        return state, Outcome("shrunk", _no_bend(drive, state, state.pose.q[2 * drive.first :]), "bends")
     return state, too_fast(state) if cut and outcome.name == "moved" else outcome
 
 

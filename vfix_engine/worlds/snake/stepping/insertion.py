@@ -6,6 +6,7 @@ from ....pathway.limits.backtracking import largest_fraction
 from ....snake.conform.conforming import blended
 from ....snake.conform.moved_off import moved_off
 from .constants import DriveConstants, Placed
+from .distal import distal_context, is_bent, needs_bends
 from .inline_planner import InlinePlanner
 from .link_windows import link_windows, planning_margin
 from .motion import backtracked, in_order, limits_of, moved_towards, refused_part, speed_ratio, too_fast
@@ -61,15 +62,22 @@ def insert(drive: DriveConstants, state: SnakeState, wanted_mm: float, dt: float
     if tissue.goal is not None:  # the tissue's goal advances with the robot
         tissue = tissue._replace(goal=blended(tissue.goal, ahead, share * within))
     passed = state.ahead.passed() if share * within >= 1.0 else state.ahead
-    state = state._replace(tip_s=state.pose.shape.tip_s, tissue=tissue, ahead=passed, settled=False)
+    state = _carried(drive, state._replace(tip_s=state.pose.shape.tip_s, tissue=tissue, ahead=passed))
     return state, done if share == 1.0 else backtracked(state, share)
 
 
+def _carried(drive: DriveConstants, state: SnakeState) -> SnakeState:
+    """After an insertion: control bends are found anew, or taken along while the tip is bent on their surface."""
+    if not (state.settled and needs_bends(state) and not state.by_joints and is_bent(drive, state)):
+        return state._replace(settled=False)
+    control = state.control.copy()
+    control.move_to(distal_context(drive, state))
+    return state._replace(control=control, carried=True)
+
+
 def _bent(drive: DriveConstants, state: SnakeState) -> Outcome | None:
-    """Held, where the tip is bent."""
-    distal, pose = 2 * drive.first, state.pose
-    r = state.control.bent(pose.q[distal:], pose.shape.q[distal:])
-    if state.by_joints or r > state.settings.reoptimise_below:
+    """Held, where the tip is bent and its bend does not go along."""
+    if not state.settings.lock_bend and is_bent(drive, state):
         return Outcome("held", "the tip is bent: straighten it before it is inserted or drawn back", "bent")
     return None
 
@@ -104,6 +112,7 @@ def _planned(
     windows, measured, _ = drive.placed(state.bounds, shape.joint_s)
     around = link_windows(drive.pathway, shape.joint_s, drive.first, planning_margin(ahead.spacing_mm))
     limit = limits_of(drive, state, Placed(windows, measured, state.bounds.at(drive.inscribed, around)))
-    shape = moved_off(shape, drive.snake, drive.query, state.tissue.packed, windows, limit) or shape
+    bend = state.pose.q - state.pose.shape.q if state.settings.lock_bend else None
+    shape = moved_off(shape, drive.snake, drive.query, state.tissue.packed, windows, limit, bend) or shape
     sample = ShapeSample(place, shape)
     return state._replace(ahead=Ahead(ahead.spacing_mm, ahead.last, shape, int(sign), (sample,))), None

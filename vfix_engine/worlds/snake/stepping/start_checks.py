@@ -15,6 +15,7 @@ from ....robots.snake import SnakeModel
 from ....snake.control.parameterised import ParameterisedControl
 from ....snake.control.qp_drive import QpControl
 from ....snake.control.tip_control import TipControl
+from ....snake.control.view_drive import ViewControl
 from ....validate import real_array, within
 from ..settings import DriveSettings
 
@@ -69,4 +70,6 @@ def make_control(settings: DriveSettings) -> TipControl:
     """The control of the distal links that the settings name."""
     if settings.control == "qp":
         return QpControl()
+    if settings.control == "view":
+        return ViewControl()
     return ParameterisedControl(settings.bends, settings.r_max)

@@ -111,7 +111,8 @@ class SnakeState(NamedTuple):
     settings: current; adjusted: those that may change during a drive, which a script's do not; bounds: of the
         links by place.
     tip_s: mm, arc length of the tip. began: (2L,) rad, joints at the beginning of the step.
-    control: of the distal links, changed only in a copy; settled: it is ready here; by_joints: the links are bent by
+    control: of the distal links, changed only in a copy; settled: it is ready here; carried: with bends of another
+        position, taken along by an insertion with a bent tip; by_joints: the links are bent by
         commands to their joints; trail: bends that led here.
     result: of the step; refused: what the certificate refused last.
     inserting: the last command did; toward: the direction of the last insertion.
@@ -136,6 +137,7 @@ class SnakeState(NamedTuple):
     steps: int = 0
     mode: Literal["inserting", "looking"] = "inserting"
     settled: bool = False
+    carried: bool = False
     by_joints: bool = False
     trail: Trail = Trail()
     result: Outcome = Outcome("rest")

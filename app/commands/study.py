@@ -1,0 +1,102 @@
+"""`vfix study`: a paper's experiment with simulated people, its tables beside ours. Not for clinical use."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from app.commands.counts import natural, positive
+from vfix_engine.study.experiment import li2004, li2007
+from vfix_engine.study.experiment.options import LABORATORIES, SUBJECTS, TRIALS, Options
+
+NOTICE = "Not for clinical use."
+STUDIES: Mapping[str, Callable[[Options], dict[str, Any]]] = {"li2004": li2004.run, "li2007": li2007.run}
+_TITLES = {"li2004": "Li & Taylor 2004, section V", "li2007": "Li, Ishii & Taylor 2007, section V"}
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
+    parser = subparsers.add_parser("study", help="run a paper's experiment with simulated people", description=__doc__)
+    studies = parser.add_subparsers(dest="study", metavar="STUDY", required=True)
+    for name, title in _TITLES.items():
+        one = studies.add_parser(name, help=title, description=f"The experiments of {title}.")
+        one.add_argument("--quick", action="store_true", help="one set of trials for all laboratories, no sweeps")
+        one.add_argument("--seed", type=natural, default=0, help="of people, trials and laboratory (default 0)")
+        one.add_argument("--workers", type=positive, default=os.cpu_count() or 1, help="processes (all cores)")
+        one.add_argument("--trials", type=positive, default=TRIALS, help=f"of each mode (default {TRIALS})")
+        if name == "li2007":
+            one.add_argument("--subjects", type=_several, default=SUBJECTS, help=f"default {SUBJECTS}; 2 at least")
+            one.add_argument("--laboratories", type=positive, default=LABORATORIES, help="for the order's share")
+        one.add_argument("-o", "--output", metavar="FILE", type=Path, help="write the report there as well")
+        one.add_argument("--json", action="store_true", help="one JSON object on stdout")
+    return parser
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run a study and print its cells."""
+    begin, cpu = time.monotonic(), os.times()
+    options = Options(
+        seed=args.seed,
+        quick=args.quick,
+        subjects=getattr(args, "subjects", SUBJECTS),
+        trials=args.trials,
+        laboratories=getattr(args, "laboratories", LABORATORIES),
+        workers=args.workers,
+        progress=_told(args.json),
+    )
+    found = STUDIES[args.study](options)
+    now = os.times()
+    used = sum(now[:4]) - sum(cpu[:4])
+    found |= {"cpu_s": round(used, 1), "wall_s": round(time.monotonic() - begin, 1), "notice": NOTICE}
+    text = json.dumps(found, allow_nan=False, indent=None if args.json else 1)
+    if args.output is not None:
+        args.output.write_text(json.dumps(found, allow_nan=False, indent=1) + "\n", encoding="utf-8")
+    print(text) if args.json else _print_for_people(found)
+    return 0
+
+
+def _told(silent: bool) -> Callable[[float], object]:
+    """Progress as a line on a terminal, which is renewed."""
+    if silent or not sys.stderr.isatty():
+        return bool
+    begin = time.monotonic()
+
+    def tell(share: float) -> None:
+        left = (time.monotonic() - begin) * (1.0 - share) / max(share, 1e-9)
+        print(
+            f"\r{share:6.1%}, about {left:.0f} s left   ", end="" if share < 1.0 else "\n", file=sys.stderr, flush=True
+        )
+
+    return tell
+
+
+def _print_for_people(found: Mapping[str, Any]) -> None:
+    print(f"{'':36}{'paper':>18}{'ours':>20}  kind")
+    for cell in found["cells"]:
+        name = f"{cell['table']} {cell['row']}, {cell['column']}"
+        print(f"{name:<36.60}{_with(cell['paper'], cell['paper_sd']):>18}{_with(cell['ours'], cell['sd_subjects']):>20}"
+              f"  {cell['kind']}{': ' + cell['note'] if cell['note'] else ''}")  # fmt: skip
+    for name, share in found["order_share"].items():
+        if isinstance(share, dict):
+            low, high = share["ci95"]
+            print(f"{name}: {share['count']} of {share['of']} laboratories, 95 % {low:.2f} to {high:.2f}")
+    print(f"{found['cpu_s']:.0f} s of processor, {found['wall_s']:.0f} s. {NOTICE}")
+
+
+def _with(value: float | None, spread: float | None) -> str:
+    if value is None:
+        return "not printed"
+    return f"{value:.3f}" if spread is None else f"{value:.3f} ± {spread:.3f}"
+
+
+def _several(text: str) -> int:
+    """Subjects: two at least, of which pairs can be made."""
+    count = positive(text)
+    if count < 2:
+        raise argparse.ArgumentTypeError("a comparison needs two subjects at least")
+    return count

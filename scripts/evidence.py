@@ -1,0 +1,94 @@
+"""Write the tables of docs/evidence.md from the reports in docs/evidence/, which `vfix study STUDY -o FILE` writes."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+PAGE, REPORTS = DOCS / "evidence.md", DOCS / "evidence"
+BLOCK = re.compile(r"<!-- (\w+) of (\w+) -->\n.*?<!-- end -->", re.DOTALL)
+
+
+def written(page: str, reports: Path = REPORTS) -> str:
+    """The page with every table anew."""
+
+    def block(found: re.Match[str]) -> str:
+        what, study = found.groups()
+        report = json.loads((reports / f"{study}.json").read_text(encoding="utf-8"))
+        return f"<!-- {what} of {study} -->\n{TABLES[what](report)}\n<!-- end -->"
+
+    return BLOCK.sub(block, page)
+
+
+def cells(report: Mapping[str, Any]) -> str:
+    """Each cell of the paper beside ours."""
+    rows = [
+        [
+            cell["table"], cell["row"], cell["column"], number(cell["paper"], cell["paper_sd"]),
+            number(cell["ours"], cell["sd_subjects"]), cell["kind"], cell["note"],
+        ]
+        for cell in report["cells"]
+    ]  # fmt: skip
+    return table(["Table, section", "Row", "Column", "Paper", "Ours", "Kind", "Note"], rows)
+
+
+def fitted(report: Mapping[str, Any]) -> str:
+    """Each fitted parameter with the figure that it was fitted to."""
+    rows = [
+        [f"`{name}`", f"{one['value']:.4g}", number(one["paper"], None), number(one["reached"], None)]
+        for name, one in report["fitted"].items()
+    ]
+    return table(["Parameter", "Value", "Fitted to", "Reaches"], rows)
+
+
+def assumed(report: Mapping[str, Any]) -> str:
+    """Each assumed size of the error chain."""
+    return table(["Assumed", "Value"], [[f"`{name}`", str(value)] for name, value in report["assumed"].items()])
+
+
+def order(report: Mapping[str, Any]) -> str:
+    """In how many simulated laboratories an order came out."""
+    rows = [
+        [name, f"{one['count']} of {one['of']}", f"{one['ci95'][0]:.2f} to {one['ci95'][1]:.2f}"]
+        for name, one in report["order_share"].items()
+        if isinstance(one, dict)
+    ]
+    return table(["Came out", "Laboratories", "95 % interval of the share"], rows)
+
+
+def contradictions(report: Mapping[str, Any]) -> str:
+    """Where the papers contradict themselves."""
+    return "\n".join(f"- {one}" for one in report["contradictions"])
+
+
+TABLES: Mapping[str, Callable[[Mapping[str, Any]], str]] = {
+    "cells": cells, "fitted": fitted, "assumed": assumed, "order": order, "contradictions": contradictions,
+}  # fmt: skip
+
+
+def table(heads: list[str], rows: list[list[str]]) -> str:
+    """A table in Markdown."""
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def number(value: float | None, spread: float | None) -> str:
+    """A figure with what follows ±, or nothing."""
+    if value is None:
+        return ""
+    return f"{value:.3f}" if spread is None else f"{value:.3f} ± {spread:.3f}"
+
+
+def main() -> int:
+    """Write the page."""
+    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

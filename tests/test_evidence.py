@@ -1,0 +1,38 @@
+"""The tables of docs/evidence.md are those of the stored reports, which are complete."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from scripts import evidence
+from vfix_engine.study.experiment.fit import Fitted
+from vfix_engine.study.experiment.paper_figures import LI_2004, LI_2007
+
+DOCS = Path(__file__).resolve().parent.parent / "docs"
+
+
+def test_the_tables_are_those_of_the_reports() -> None:
+    page = (DOCS / "evidence.md").read_text(encoding="utf-8")
+    assert evidence.written(page) == page
+    assert page.count("<!-- cells of") == 2
+
+
+@pytest.mark.parametrize(("study", "printed"), [("li2004", LI_2004), ("li2007", LI_2007)])
+def test_a_report_has_the_printed_figures_and_the_stored_fit(study: str, printed: dict[str, object]) -> None:
+    report = json.loads((DOCS / "evidence" / f"{study}.json").read_text(encoding="utf-8"))
+    named = {(cell["table"], cell["row"], cell["column"]): cell for cell in report["cells"]}
+    for one in printed.values():
+        cell = named[one.table, one.row, one.column]  # type: ignore[attr-defined]
+        assert (cell["paper"], cell["paper_sd"]) == (one.value, one.sd)  # type: ignore[attr-defined]
+    assert report["fitted"] == Fitted.stored().to_dict()
+    assert not [cell for cell in report["cells"] if cell["ours"] is None]
+
+
+def test_a_changed_report_changes_the_page(tmp_path: Path) -> None:
+    page = (DOCS / "evidence.md").read_text(encoding="utf-8")
+    for name in ("li2004", "li2007"):
+        report = json.loads((DOCS / "evidence" / f"{name}.json").read_text(encoding="utf-8"))
+        report["cells"][0]["ours"] += 0.5
+        (tmp_path / f"{name}.json").write_text(json.dumps(report), encoding="utf-8")
+    assert evidence.written(page, tmp_path) != page

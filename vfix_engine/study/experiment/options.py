@@ -1,0 +1,27 @@
+"""How a study of a paper is run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+SUBJECTS, TRIALS, LOOKS = 10, 5, 10  # as printed (Li 2007, sections V.D and V.F)
+LABORATORIES = 30
+
+
+@dataclass(frozen=True, eq=False)
+class Options:
+    """Size and seed of a study.
+
+    looks: trials of target inspection. quick: one set of trials for all laboratories, and no sweeps.
+    workers: processes. progress: called with the completed fraction, 0 … 1; an exception from it ends the study.
+    """
+
+    seed: int = 0
+    quick: bool = False
+    subjects: int = SUBJECTS
+    trials: int = TRIALS
+    looks: int = LOOKS
+    laboratories: int = LABORATORIES
+    workers: int = 1
+    progress: Callable[[float], object] = bool
