@@ -26,6 +26,9 @@ def test_a_colon_is_opened_planned_and_driven_by_wheel_and_drag(open_page: Open,
     expect(page.locator("[data-step-name=threshold]")).to_be_hidden()
     station.picture("lumen-patient")
 
+    # a robot whose kernels are compiled meanwhile takes minutes to come
+    expect(page.locator("#hint")).not_to_contain_text("Preparing", timeout=1000.0 * DRIVEN_S)
+
     page.click("[data-step=route]")
     page.select_option("#route-end", label="Descending sigmoid")
     station.wait_for("the pathway", lambda: _path(station, "ready"), DRIVEN_S)

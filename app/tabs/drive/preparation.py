@@ -11,6 +11,8 @@ from app.services import Services
 from vfix_engine.worlds.snake import LumenContours, SnakeSettings, SnakeSystemSpec
 from vfix_engine.worlds.snake.snapshot import SnakeSnapshot
 
+STEP_S = 0.002  # of control: a step whose program turns the view takes a millisecond where cores are few
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PreparedSnake(PreparedDrive[SnakeSnapshot]):
@@ -27,7 +29,7 @@ def prepare(services: Services, route: StoredRoute) -> PreparedSnake:
     """
     path = services.lumen_routes.paths.wait(route)
     path.reach.narrowest.refuse(path.snake)
-    settings = SnakeSettings(bound_mm=route.content.bound_mm)
+    settings = SnakeSettings(step_s=STEP_S, bound_mm=route.content.bound_mm)
     spec = SnakeSystemSpec(LumenContours.of(path.lumen), path.snake, settings, path.settings, path.tissue)
     recording, unrecorded = services.recordings.attempt(route.case_id, route.id, route.name)
     return PreparedSnake(
