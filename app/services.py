@@ -121,17 +121,21 @@ class Services:
         self.suggestions = Suggestions(jobs, cases, instruments, self.distance_fields, planning, options)
 
     def _add_drives(self) -> None:
+        from app.assignments.service import Assignments
         from app.drives.recordings import Recordings
+        from app.drives.run_comments import RunComments
         from app.drives.run_scores import RunScores
         from app.drives.runs import RunService
         from app.drives.swept_runs import SweptRuns
         from app.live import LiveBoard
 
         self.runs = RunService(self.store)
+        self.run_comments = RunComments(self.store, self.runs)
         self.run_scores = RunScores(self.store, self.runs)
         self.swept_runs = SweptRuns(self.store, self.runs, self.jobs)
         self.recordings = Recordings(self.jobs, self.runs, self.run_scores)
         self.live = LiveBoard()
+        self.assignments = Assignments(self.store, self.cases, self.plans, self.runs, self.run_scores)
 
     def _add_exchange(self) -> None:
         """What leaves the planner, and archives that come back."""

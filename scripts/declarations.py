@@ -23,6 +23,7 @@ from pydantic import BaseModel
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
+from app.api.assignments import AssignmentOpened, ResultsPublic  # noqa: E402
 from app.api.dependencies import ErrorPublic  # noqa: E402
 from app.api.jobs import ImportAnswer, JobPublic  # noqa: E402
 from app.api.plan_models import OwnRobotPublic  # noqa: E402
@@ -57,6 +58,8 @@ REST_MODELS = (
     RunTitle,
     ScorePublic,
     SeriesPublic,
+    AssignmentOpened,
+    ResultsPublic,
 )
 MESSAGES = (Hello, sections.HelloMessage, sections.NoteMessage, sections.ReplyMessage)
 PLAIN = {

@@ -64,6 +64,7 @@ APP_ROOMS = {
     "live": 7,
     "planning": 7,
     "drives": 8,
+    "assignments": 9,
     "exchange": 9,
     "services": 10,
     "api": 11,

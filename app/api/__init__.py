@@ -6,6 +6,7 @@ from fastapi import APIRouter
 
 from app.api import (
     archives,
+    assignments,
     cases,
     endoscope,
     jobs,
@@ -25,6 +26,7 @@ from app.api import (
     registration_files,
     registrations,
     robots,
+    run_comments,
     run_exports,
     run_scores,
     run_swept,
@@ -72,9 +74,11 @@ for part in (
     robots,
     jobs,
     runs,
+    run_comments,
     run_exports,
     run_scores,
     run_swept,
+    assignments,
 ):
     router.include_router(part.router)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Query, Response
 
@@ -52,16 +52,17 @@ def export_run(
     headers = {"X-Notice": NOTICE, "Cache-Control": "no-store", "Content-Disposition": f'attachment; filename="{name}"'}
     if form == "py":
         return Response(run_python(run, stored.id), media_type=MEDIA_TYPES[form], headers=headers)
+    told = about(run, stored.id, stored.comments)
     if form == "about.json":
-        return Response(json.dumps(about(run, stored.id), indent=1), media_type=MEDIA_TYPES[form], headers=headers)
-    path = _written(run, stored.id, services.store.exports.new_place() / name)
+        return Response(json.dumps(told, indent=1), media_type=MEDIA_TYPES[form], headers=headers)
+    path = _written(run, told, services.store.exports.new_place() / name)
     return PassingFile(path, media_type=MEDIA_TYPES[form], headers=headers)
 
 
-def _written(run: Run, run_id: str, path: Path) -> Path:
+def _written(run: Run, told: dict[str, Any], path: Path) -> Path:
     """The file of a run in a folder of its own, which goes where it cannot be written."""
     try:
-        WRITERS[path.suffix](run, run_id, path)
+        WRITERS[path.suffix](run, told, path)
     except OSError as error:
         shutil.rmtree(path.parent, ignore_errors=True)
         raise StorageError(f"the export could not be written: {error.strerror or error}.") from error

@@ -121,7 +121,8 @@ class SeriesPublic(BaseModel):
     """The series of a run at 30 Hz at most, n samples of S tool parts, J joints and B structures; LPS mm.
 
     t_s (n): driven time. tip (n, 3). segments (n, S, 6): start and end of the axis of each part of the tool, from the
-    tip on; radii_mm (S). speed (J, n): of the joints. clearance_mm (B, n): least of each interval, null beyond
+    tip on; radii_mm (S). side (n, 3): unit vector across the first part, to which a bend or lens points.
+    speed (J, n): of the joints. clearance_mm (B, n): least of each interval, null beyond
     reach_mm (n). nearest (n): number of the nearest structure, -1 for none within reach. force_n (n): of the hand.
     error_mm (n): largest of each interval, of the path or of the target, null where there is none.
     progress_mm (n): along the path. flat_mm (n, 2): the tip in the plane of the path; path_mm (m, 2): the path there,
@@ -139,6 +140,7 @@ class SeriesPublic(BaseModel):
     t_s: list[float]
     tip: list[Triple]
     segments: list[list[Annotated[list[float], Field(min_length=6, max_length=6)]]]
+    side: list[Triple]
     speed: list[list[float]]
     clearance_mm: list[Numbers]
     reach_mm: list[float]
@@ -194,4 +196,4 @@ def _to_report(services: Services, run_id: str) -> RunToReport:
         run = Run.read(place)
     plans = {one.id: one.name for one in services.plans.titles(include_deleted=True)}
     case = "" if stored.case_id is None else services.cases.get(stored.case_id).name
-    return RunToReport(run, run_id, plans.get(stored.plan_id or "", ""), case, stored.recorded)
+    return RunToReport(run, run_id, plans.get(stored.plan_id or "", ""), case, stored.recorded, stored.comments)

@@ -10,6 +10,7 @@ from pydantic import BaseModel
 
 from app.api.dependencies import ERRORS, Flag, Identifier, RequestBody, ServicesDep
 from app.api.plan_reports import PiercedPublic
+from app.api.run_comments import CommentPublic
 from app.drives.runs import RunOrigin, StoredRun
 from app.plans.model import NOTICE
 from app.services import Services
@@ -63,7 +64,7 @@ class RunTitle(BaseModel):
     whole is false, and ticks and lost are null, for an interrupted run.
     pierced: what the tool pierced while it was driven; null where that was not measured.
     score: null where nobody has asked for it yet, see `/runs/{run_id}/score`, and where there is none.
-    teacher: whether it is marked as the teacher's, of which a plan has one at most.
+    teacher: whether it is marked as the teacher's, of which a plan has one at most. comments: in the order of time.
     """
 
     id: str
@@ -82,6 +83,7 @@ class RunTitle(BaseModel):
     score: ShortScore | None
     files: dict[str, RunFilePublic]
     teacher: bool
+    comments: list[CommentPublic]
 
     @classmethod
     def values(cls, run: StoredRun, services: Services) -> dict[str, Any]:
@@ -89,9 +91,10 @@ class RunTitle(BaseModel):
         known = services.run_scores.known(run)
         end = run.end or {}
         files = {name: vars(file) for name, file in run.files.items()}
+        comments = [vars(one) for one in run.comments]
         told = {"world": run.world, "mode": run.mode, "certified": run.certified, "whole": run.whole}
         told |= {"ticks": end.get("ticks"), "lost": end.get("lost")}
-        return {**vars(run), **told, "files": files, "score": known and ShortScore.of(known)}
+        return {**vars(run), **told, "files": files, "comments": comments, "score": known and ShortScore.of(known)}
 
 
 class RunPublic(RunTitle):

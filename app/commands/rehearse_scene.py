@@ -37,7 +37,6 @@ from vfix_engine.errors import InputError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.robots import RobotModel, Tool
-from vfix_engine.virtual_fixtures import PathTube
 from vfix_engine.virtual_fixtures.zone_file import ZoneSet
 from vfix_engine.worlds.rigid import preparation
 from vfix_engine.worlds.rigid.placing import place_robot
@@ -68,11 +67,10 @@ def build_scene(
     options = _options(plan, args)
     scan = None if options == NO_OPTIONS else case.scan()
     stands = standing(options, plan, scan, lambda: plan_tissue(case.scans, plan) if case.scans else None)
-    tube = () if args.tube is None else (PathTube(path, args.tube),)
     soft, shaft = (zones.soft_zones, shaft_of(plan, path)) if preset is None else ((), None)
     lost = len(zones.soft_zones) - len(soft)
     dropped = (f"{lost} soft zone{'s' * (lost > 1)} of the plan or --zones: off, the papers have none",) if lost else ()
-    fixtures = (*soft, *stands.fixtures, *tube, *zones.envelopes)
+    fixtures = (*soft, *stands.fixtures, *zones.envelopes)
     tree, _ = tree_without_removed_bone(case.tree, case.scan() if plan.content.removed_bone else None, plan)
     # A placement is of one robot, tool and margin among what there was; another of them asks for another one.
     others = (
@@ -82,7 +80,6 @@ def build_scene(
         args.margin,
         args.zones,
         stands.words or None,
-        args.tube,
         args.compensate or None,
     )
     stored = stored_placement(plan.content.robot) if registration is None else None
@@ -141,6 +138,7 @@ def _options(plan: Plan, args: argparse.Namespace) -> RehearsalOptions:
         soft_tissue=args.soft_tissue,
         remote_centre=args.remote_centre is not None,
         speed_limit=args.speed_limit,
+        tube_mm=args.tube,
         centre=place,
     )
 

@@ -42,4 +42,5 @@ def _to_report(services: Services | None, name: str) -> RunToReport:
         return RunToReport(found.run, Path(name).name)
     plans = {one.id: one.name for one in services.plans.titles(include_deleted=True)}
     case = "" if stored.case_id is None else services.cases.get(stored.case_id).name
-    return RunToReport(found.run, stored.id, plans.get(stored.plan_id or "", ""), case, stored.recorded)
+    plan = plans.get(stored.plan_id or "", "")
+    return RunToReport(found.run, stored.id, plan, case, stored.recorded, stored.comments)

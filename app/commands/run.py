@@ -1,4 +1,4 @@
-"""`vfix run`: list, show, mark, export and delete recorded runs."""
+"""`vfix run`: list, show, mark, comment on, export and delete recorded runs."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.commands import run_comment
 from app.commands.counts import positive
 from app.commands.found_runs import find_run, optional_services
 from app.exchange.resolve import find
@@ -24,7 +25,9 @@ UNCERTIFIED = "without the certificate"
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser("run", help="list, show, mark, export and delete recorded runs", description=__doc__)
+    parser = subparsers.add_parser(
+        "run", help="list, show, mark, comment on, export and delete recorded runs", description=__doc__
+    )
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
     listing = actions.add_parser("list", help="every stored run, newest first")
     listing.add_argument("--case", help="id or name of a case; else of all")
@@ -38,6 +41,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     every.append(actions.add_parser("teacher", help="mark a run as the teacher's, whose level learning curves show"))
     every[-1].add_argument("run", metavar="RUN", help="id of a stored run of a plan")
     every[-1].add_argument("--off", action="store_true", help="take the mark away")
+    every.append(run_comment.add_parser(actions))
     every.append(actions.add_parser("python", help="print Python that sets up its scene in the library"))
     every[-1].add_argument("run", metavar="RUN", help="id of a stored run, or folder of a recorded one")
     every.append(actions.add_parser("export", help="write a run for other programs"))
@@ -65,16 +69,21 @@ def run(args: argparse.Namespace) -> int:
     stored = services.runs.get(args.run)
     if args.action == "teacher":
         return _mark(services, args)
+    if args.action == "comment":
+        return run_comment.comment(services, args)
     if args.action == "delete":
         services.runs.delete(stored.id)
         print(json.dumps({"deleted": stored.id}) if args.json else f"{stored.id} deleted.")
         return 0
     said = _Names(services).told(stored)
     if args.json:
-        print(json.dumps(said | {"manifest": stored.manifest, "notice": NOTICE}))
+        comments = [vars(one) for one in stored.comments]
+        print(json.dumps(said | {"comments": comments, "manifest": stored.manifest, "notice": NOTICE}))
         return 0
     for name, value in said.items():
         print(f"{name:>12}  {json.dumps(value) if isinstance(value, dict) else value}")
+    for one in stored.comments:
+        print(f"{'comment':>12}  {one.id}  {'before' if one.t_s is None else f'{one.t_s:.1f} s'}  {one.text}")
     print(NOTICE)
     return 0
 
@@ -82,7 +91,9 @@ def run(args: argparse.Namespace) -> int:
 def _export(services: Services | None, args: argparse.Namespace) -> int:
     check_target(args.file)
     found = find_run(services, args.run)
-    export_run(found.run, args.file, None if found.stored is None else found.stored.id)
+    stored = found.stored
+    known = () if stored is None else (stored.id, stored.comments)
+    export_run(found.run, args.file, *known)
     said = {"run": args.run, "file": str(args.file), "ticks": len(found.run.ticks), "notice": NOTICE}
     print(json.dumps(said) if args.json else f"{args.file} written. {NOTICE}")
     return 0

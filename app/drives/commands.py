@@ -6,6 +6,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
+from app.drives.comments import MAX_CHARACTERS
 from app.messages.fields import ClientMessage, Direction, Identifier, Position
 
 Axis = Annotated[float, Field(ge=-1.0, le=1.0, allow_inf_nan=False)]
@@ -20,6 +21,13 @@ class SetDriveSettings(ClientMessage):
     values: Annotated[
         dict[Identifier, Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]], Field(max_length=16)
     ]
+
+
+class Comment(ClientMessage):
+    """A comment on the drive at its present time; any client may write one."""
+
+    type: Literal["rehearsal.comment"]
+    text: Annotated[str, Field(min_length=1, max_length=MAX_CHARACTERS)]
 
 
 class HoldCommand(ClientMessage):
@@ -66,4 +74,4 @@ class DeflectRate(ClientMessage):
     axes: tuple[Axis, Axis, Axis, Axis, Axis, Axis]
 
 
-COMMANDS: tuple[type[ClientMessage], ...] = (DriveCommand, SetDriveSettings, HoldCommand, Push)
+COMMANDS: tuple[type[ClientMessage], ...] = (DriveCommand, SetDriveSettings, Comment, HoldCommand, Push)

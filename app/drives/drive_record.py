@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Generic, Literal, TypeVar
 
+from app.drives.comments import RunComment
 from app.drives.prepared_drive import PreparedDrive
 from app.drives.sections import DrivePhase
 from app.messages.client import Client
@@ -38,7 +39,7 @@ class DriveRecord(Generic[P, T]):
     words_for_holder: messages of the process to this client since the last record. accepted: settings of this client
     that took effect and are not stored in the document yet.
     unrecorded: why the drive is not recorded, or not to its end; '' where it is.
-    control, preset: chosen for this drive and the next one.
+    control, preset: chosen for this drive and the next one. comments: on this drive so far, by any client.
     """
 
     state: ProcessStatus = "absent"
@@ -60,6 +61,7 @@ class DriveRecord(Generic[P, T]):
     unrecorded: str = ""
     control: Control = HAND
     preset: str | None = None
+    comments: tuple[RunComment, ...] = ()
 
     @property
     def shown_state(self) -> DrivePhase:

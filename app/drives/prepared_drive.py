@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
+from app.drives.comments import RunComment
 from app.drives.recordings import Recording
 from vfix_engine.runtime.control_mode import Control
 from vfix_engine.runtime.settings import WorldSettings
@@ -32,6 +33,11 @@ class PreparedDrive(Generic[T]):
     made_of: Any = None
     control: Control | None = None
     preset: str | None = None
+
+    @property
+    def comments(self) -> tuple[RunComment, ...]:
+        """Those of this drive so far."""
+        return () if self.recording is None else self.recording.comments.all
 
     def refusal(self, asked: Any, in_force: Any, snapshot: T | None) -> str:
         """Why the requested settings are refused and what to do; '' to show the words of the process."""

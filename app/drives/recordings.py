@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from app.drives.comments import LiveComments
 from app.drives.run_scores import RunScores
 from app.drives.runs import Measure, RunService, has_ticks
 from app.kit.errors import PlannerEnds
@@ -29,6 +30,7 @@ class Recording:
     """One drive's recording.
 
     folder: of its run, created by the drive. case_id, document_id: what is driven; subject: its name.
+    comments: those written during the drive.
     measure_by: called when the drive has ended; returns measurements of the run before it is stored.
     scores: compute its score once it is stored, so that lists have it; None: when somebody asks.
     unstored: recordings that could not be stored, such as on a full disk; they stay until they can be.
@@ -41,11 +43,13 @@ class Recording:
     runs: RunService
     jobs: Jobs
     measure_by: MeasureBy
+    comments: LiveComments
     scores: RunScores | None = None
     unstored: list[Recording] = field(default_factory=list, compare=False)
 
     def keep(self) -> None:
         """The drive has ended: its run is stored by a job; a drive without a step leaves none."""
+        self.comments.close()
         if not has_ticks(self.folder):
             self._remove()
             return
@@ -105,7 +109,8 @@ class Recordings:
             one.keep()
         folder = self._runs.new_folder("page", case_id=case_id, plan_id=document_id)
         drive = folder, case_id, document_id, subject
-        return Recording(*drive, self._runs, self._jobs, measure_by, self._scores, self._unstored)
+        comments = LiveComments(folder)
+        return Recording(*drive, self._runs, self._jobs, measure_by, comments, self._scores, self._unstored)
 
     def attempt(
         self, case_id: str, document_id: str | None, subject: str, measure_by: MeasureBy = nothing_measured

@@ -108,6 +108,7 @@ def plain_series(series: RunSeries, run: StoredRun) -> dict[str, Any]:
         "t_s": _plain(series.t),
         "tip": _plain(series.tip),
         "segments": _plain(np.concatenate([series.start, series.end], axis=2)),
+        "side": _plain(series.side),
         "speed": _plain(series.speed.T, 6),
         "clearance_mm": _plain(np.where(series.clearance < series.reach[:, None], series.clearance, np.nan).T),
         "reach_mm": _plain(series.reach),

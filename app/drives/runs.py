@@ -6,6 +6,7 @@ Here the folder is split into files by hash, and restored for a reader. Nothing 
 
 from __future__ import annotations
 
+import hashlib
 import json
 import logging
 import secrets
@@ -20,6 +21,7 @@ from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
 from app.clock import utc_now
+from app.drives.comments import RunComment, beside, comments_beside
 from app.kit.errors import NotFound, TooLarge
 from app.store import Store
 from app.store.errors import StorageError
@@ -37,8 +39,9 @@ RunOrigin = Literal["page", "command line", "replay", "study"]
 Measure = Callable[[Path], dict[str, Any] | None]
 
 FILES = (MANIFEST, SPEC, TICKS, EVENTS, END, SIDEWAYS)
-MAX_BYTES = 4 << 30  # of all runs of a data folder together; the oldest are deleted
+MAX_BYTES = 4 << 30  # of all runs of a data folder together; the oldest are deleted, but for a teacher's
 MAX_JSON_BYTES = 4 << 20
+COMMENTS = "comments"  # key of what is stored of a run
 _FORGOTTEN_S = 3600.0  # another planner may just be storing a file that no run has
 
 
@@ -57,7 +60,7 @@ class StoredRun:
     case_id, plan_id: what was driven, where that is stored. origin: page, command line, replay or study.
     manifest: as it was written; end: number of ticks, their digest and how many were lost, None for an interrupted
     run. files: by name. pierced: what the tool pierced, as in `PiercedReport`; None where that was not measured.
-    teacher: whether it is marked as the teacher's, of which a plan has one at most.
+    teacher: whether it is marked as the teacher's, of which a plan has one at most. comments: in the order of time.
     """
 
     id: str
@@ -71,6 +74,7 @@ class StoredRun:
     files: dict[str, RunFile]
     pierced: dict[str, Any] | None = None
     teacher: bool = False
+    comments: tuple[RunComment, ...] = ()
 
     @property
     def world(self) -> str:
@@ -119,7 +123,8 @@ class RunService:
         folder = self._store.drives.open() / f"run-{secrets.token_hex(8)}"  # no parent folder, which would remain
         if origin is not None:
             try:
-                _note(folder).write_text(json.dumps({"origin": origin, "case_id": case_id, "plan_id": plan_id}))
+                note = {"origin": origin, "case_id": case_id, "plan_id": plan_id}
+                beside(folder, "json").write_text(json.dumps(note))
             except OSError as error:
                 raise StorageError(f"the data folder takes no recording: {error.strerror or error}.") from error
         return folder
@@ -127,7 +132,8 @@ class RunService:
     @staticmethod
     def discard(folder: Path) -> None:
         """Delete the folder of a drive, complete or interrupted, that is not stored."""
-        _note(folder).unlink(missing_ok=True)
+        for kind in ("json", "comments"):
+            beside(folder, kind).unlink(missing_ok=True)
         for path in (folder, folder.with_name(folder.name + PART)):
             shutil.rmtree(path, ignore_errors=True)
 
@@ -161,7 +167,7 @@ class RunService:
         size = sum(path.stat().st_size for path in there)
         if size > self._max_bytes:
             raise TooLarge(f"the run has {size:,} bytes; all runs together may have {self._max_bytes:,}.")
-        run_id = f"run-{secrets.token_hex(6)}"
+        run_id, comments = f"run-{secrets.token_hex(6)}", comments_beside(folder)
         try:
             files = {path.name: self._put(path) for path in there}
         except OSError as error:
@@ -172,7 +178,9 @@ class RunService:
             except NotFound:  # purged during the drive: nothing of the case may remain, and a run contains its bone
                 self._remove({file.sha256 for file in files.values()} - _known(session))
                 raise
-            stored = {"manifest": manifest, "end": end, "origin": origin, "pierced": pierced}
+            stored: dict[str, Any] = {"manifest": manifest, "end": end, "origin": origin, "pierced": pierced}
+            if comments:
+                stored[COMMENTS] = [vars(one) for one in comments]
             listed = {name: {"sha256": file.sha256, "size_bytes": file.size_bytes} for name, file in files.items()}
             row = RunRow(id=run_id, case_id=case_id, plan_id=plan_id, recorded=utc_now(), size_bytes=size)
             row.manifest, row.files = stored, listed
@@ -198,7 +206,7 @@ class RunService:
     def get(self, run_id: str) -> StoredRun:
         """The run. Raises NotFound."""
         with self._store.reading() as session:
-            return _run(_row(session, run_id))
+            return _run(row_of(session, run_id))
 
     def file(self, run_id: str, name: str) -> Path:
         """Path of a file of a run. Raises NotFound, and StorageError when it is gone."""
@@ -209,12 +217,18 @@ class RunService:
 
     @contextmanager
     def laid_out(self, run_id: str) -> Iterator[Path]:
-        """The folder of a run as it was written, for a reader of runs; it is removed afterwards. Raises as `file`."""
-        names = self.get(run_id).files
+        """The folder of a run as it was written, for a reader of runs; it is removed afterwards.
+
+        Raises as `file`, and InputError for a file that has changed since it was recorded.
+        """
+        files = self.get(run_id).files
         place = self._store.scratch.new_place()
         try:
-            for name in names:
+            for name, file in files.items():
                 shutil.copyfile(self.file(run_id, name), place / name)
+                with (place / name).open("rb") as copy:
+                    if hashlib.file_digest(copy, "sha256").hexdigest() != file.sha256:
+                        raise InputError(f"{name} of the run has changed since it was recorded; delete the run.")
             yield place
         except OSError as error:
             raise StorageError(f"the run could not be laid out: {error.strerror or error}.") from error
@@ -227,7 +241,7 @@ class RunService:
         Raises NotFound, and InputError for a run of no plan, or of a snake.
         """
         with self._store.writing() as session:
-            row = _row(session, run_id)
+            row = row_of(session, run_id)
             run = _run(row)
             if on and (run.plan_id is None or run.mode is None):
                 raise InputError("only a plan's run of a rigid tool can be a teacher's.")
@@ -241,7 +255,7 @@ class RunService:
     def delete(self, run_id: str) -> None:
         """Permanently delete a run and the files that no other one has. Raises NotFound."""
         with self._store.writing() as session:
-            self._remove(_drop(session, _row(session, run_id)))
+            self._remove(_drop(session, row_of(session, run_id)))
 
     def sweep(self) -> None:
         """Delete files that belong to no run, of planners that ended while they stored or deleted one."""
@@ -271,12 +285,16 @@ class RunService:
         return RunFile(key, path.stat().st_size)
 
     def _bound(self, session: Session) -> set[str]:
-        """Delete the oldest runs until the rest is within the limit; returns the files that no run has any more."""
+        """Delete the oldest runs until the rest is within the limit, never a teacher's; returns the files that no run
+        has any more.
+        """
         rows = list(session.scalars(_oldest_first()))
         total, freed = sum(row.size_bytes for row in rows), set[str]()
         for row in rows[:-1]:
             if total <= self._max_bytes:
                 break
+            if _run(row).teacher:
+                continue
             total -= row.size_bytes
             freed |= _drop(session, row)
         return freed - _known(session)
@@ -291,11 +309,6 @@ def has_ticks(folder: Path) -> bool:
     """Whether a drive has written a step there, to its end or not."""
     ticks = _written(folder) / TICKS
     return ticks.is_file() and ticks.stat().st_size > 0
-
-
-def _note(folder: Path) -> Path:
-    """The file beside a drive's folder that identifies what was driven."""
-    return folder.with_name(f"{folder.name}.json")
 
 
 def _written(folder: Path) -> Path:
@@ -327,7 +340,8 @@ def _oldest_first() -> Select[RunRow]:
     return select(RunRow).order_by(RunRow.recorded, RunRow.id)
 
 
-def _row(session: Session, run_id: str) -> RunRow:
+def row_of(session: Session, run_id: str) -> RunRow:
+    """The row of a run. Raises NotFound."""
     row = session.get(RunRow, run_id)
     if row is None:
         raise NotFound(f"there is no run {run_id!r:.80}.")
@@ -348,7 +362,14 @@ def _run(row: RunRow) -> StoredRun:
         files={name: RunFile(**file) for name, file in row.files.items()},
         pierced=stored.get("pierced"),
         teacher=stored.get("teacher", False),
+        comments=comments_in(stored),
     )
+
+
+def comments_in(stored: dict[str, Any]) -> tuple[RunComment, ...]:
+    """The comments of what is stored of a run, in the order of time."""
+    found = (RunComment(**one) for one in stored.get(COMMENTS, ()))
+    return tuple(sorted(found, key=lambda one: (one.step, one.written)))
 
 
 def _mark(row: RunRow, on: bool) -> None:

@@ -24,10 +24,18 @@ class DriveMotion(TypedDict, total=False):
     tip: Position
 
 
+class CommentView(TypedDict):
+    """A comment on a drive, at a driven time."""
+
+    id: str
+    t_s: float | None
+    text: str
+
+
 class DriveSection(DriveMotion):
     """A drive and the holder of its handle; mine: this client, holder: another one.
 
-    unrecorded: why the drive is not recorded, or not to its end; None where it is.
+    unrecorded: why the drive is not recorded, or not to its end; None where it is. comments: the newest first.
     """
 
     state: DrivePhase
@@ -36,6 +44,7 @@ class DriveSection(DriveMotion):
     holder: str | None
     can_take: bool
     unrecorded: str | None
+    comments: list[CommentView]
 
 
 class DetailsSection(TypedDict, total=False):

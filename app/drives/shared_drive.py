@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, TypeVar
 
+from app.drives.comments import RunComment
 from app.drives.drive_process import DriveProcess
 from app.drives.drive_record import DriveRecord
 from app.drives.lease import Lease
@@ -12,6 +13,7 @@ from app.drives.prepared_drive import PreparedDrive
 from app.kit.prompt_threads import PROMPT_THREADS
 from app.kit.values import Position
 from app.messages.client import Client
+from vfix_engine.errors import ControlError
 from vfix_engine.runtime.control_mode import Control
 from vfix_engine.runtime.process import ControlProcess
 from vfix_engine.runtime.requests import Request
@@ -65,6 +67,7 @@ class SharedDrive(DriveProcess[P, T]):
                 unrecorded=self._unrecorded,
                 control=self.control,
                 preset=self.preset,
+                comments=() if self._prepared is None else self._prepared.comments,
             )
 
     # -- the hand; quick and from any thread
@@ -126,6 +129,20 @@ class SharedDrive(DriveProcess[P, T]):
         if (process := self._held(client)) is not None:
             process.twist(direction)
             PROMPT_THREADS.hear()
+
+    # -- comments
+
+    def comment(self, text: str) -> RunComment:
+        """Any client comments on the drive at its present time.
+
+        Raises ControlError where nothing is driven or recorded, and as `LiveComments.add`.
+        """
+        with self._lock:
+            process, prepared = self._process, self._prepared
+        snapshot = None if process is None else process.snapshot()
+        if process is None or snapshot is None or prepared is None or prepared.recording is None:
+            raise ControlError("there is no drive that is recorded; start one, or comment on a run in Review.")
+        return prepared.recording.comments.add(text, round(snapshot.t, 4), process.recorded)
 
     # -- what the holder asks for
 

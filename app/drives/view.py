@@ -12,6 +12,7 @@ from app.drives.sections import DetailsSection, DriveMotion, DriveSection
 from vfix_engine.runtime.snapshot import Snapshot, Timing
 
 HAND_LOST = "Connection too slow: drive stopped. Press again."
+SHOWN_COMMENTS = 20
 FREE = "Nothing, the robot is free to move"
 
 
@@ -24,6 +25,7 @@ def drive_section(now: DriveRecord[Any, Any]) -> DriveSection:
         "holder": "Another window" if now.holder is not None and not now.mine else None,
         "can_take": now.holder is None,
         "unrecorded": now.unrecorded or None,
+        "comments": [{"id": one.id, "t_s": one.t_s, "text": one.text} for one in now.comments[::-1][:SHOWN_COMMENTS]],
     }
 
 

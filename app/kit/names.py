@@ -88,12 +88,24 @@ def _is_seen(text: str) -> bool:
     return any(unicodedata.category(c)[0] in "LNPS" and c not in _BLANK for c in text)
 
 
+def check_line(text: object, what: str, most: int) -> str:
+    """Check a text of one line as `check_name`, with another allowed number of characters."""
+    line = _without_noncharacters(_checked_line(text, what, most), what)
+    if not _is_seen(line):
+        raise InputError(f"the {what} is empty or invisible; write letters, digits or signs.")
+    return line
+
+
 def check_stored_label(text: object, what: str) -> str:
     """Check a label as `check_stored_name`, but allow empty and invisible ones, so that stored plans stay readable."""
+    return _checked_line(text, what, MAX_NAME)
+
+
+def _checked_line(text: object, what: str, most: int) -> str:
     if not isinstance(text, str):
         raise InputError(f"the {what} must be text.")
-    if len(text) > MAX_NAME:
-        raise InputError(f"the {what} has {len(text)} characters; {MAX_NAME} are allowed.")
+    if len(text) > most:
+        raise InputError(f"the {what} has {len(text)} characters; {most} are allowed.")
     if any(unicodedata.category(c) in _REFUSED_CATEGORIES or c in _REORDERING for c in text):
         raise InputError(f"the {what} holds a control character; use letters, digits and signs.")
     return text

@@ -7,6 +7,7 @@ import importlib
 from app.operations.spec import DocumentSpec
 
 DOCUMENTS: list[str] = [
+    "app.assignments.operations",
     "app.imaging.label_operations",
     "app.lumen.operations",
     "app.plans.operations",

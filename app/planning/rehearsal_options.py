@@ -13,7 +13,7 @@ from app.plans.model import Plan
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.files.volume import Volume
 from vfix_engine.proximity.fields.distance_field import DistanceField
-from vfix_engine.virtual_fixtures import CartesianLimits, Fixture, RemoteCentre
+from vfix_engine.virtual_fixtures import CartesianLimits, Fixture, PathTube, RemoteCentre
 
 SPEED_MM_PER_S = 5.0  # of the tip; half of what the hand reaches with the default settings
 TURN_RAD_PER_S = math.radians(10.0)
@@ -22,11 +22,12 @@ NO_CT = "This head has no CT: nobody knows where its soft tissue is."
 
 @dataclass(frozen=True, kw_only=True)
 class RehearsalOptions:
-    """The options that are on. centre: where the remote centre is."""
+    """The options that are on. centre: where the remote centre is. tube_mm: radius of the tube; None without one."""
 
     soft_tissue: bool = False
     remote_centre: bool = False
     speed_limit: bool = False
+    tube_mm: float | None = None
     centre: PathPlace = ENTRY
 
     @property
@@ -78,6 +79,9 @@ def standing(
     if options.speed_limit:
         fixtures.append(CartesianLimits(speed_mm_per_s=SPEED_MM_PER_S, turn_rad_per_s=TURN_RAD_PER_S))
         words.append("speed limits")
+    if options.tube_mm is not None:
+        fixtures.append(PathTube(path, options.tube_mm))
+        words.append(f"the tube of {options.tube_mm:g} mm")
     listed = " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
     return Standing(tuple(fixtures), listed)
 

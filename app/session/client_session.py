@@ -24,7 +24,7 @@ from app.tabs.base import Closable, Tab
 from app.tabs.registry import load, specs
 from app.workspace.workspace import Workspace
 from vfix_engine.error_places import error_places
-from vfix_engine.errors import InputError, VfixError
+from vfix_engine.errors import ControlError, InputError, VfixError
 
 Reply = Callable[[bool, Any], None]
 Note = Callable[[str, bool], None]
@@ -144,7 +144,7 @@ class ClientSession:
         """Answer a command; False when too many wait already. One with a reply gets it, whatever happens."""
         tab = self._tab_of(command) if isinstance(command, ClientMessage) else None
         if isinstance(command, ClientMessage) and command.urgent and tab is not None:
-            self._answer_with(lambda: tab.handle_now(command), reply)
+            self._answer_with(lambda: tab.handle_now(command), reply, quiet=True)
             return True
         slot = command.stream() if reply is None else None  # a newer one does not answer for it
         return self._inbox.offer(
@@ -229,12 +229,20 @@ class ClientSession:
         return [name for name, tab in self.tabs.items() if tab.available]
 
     def _answer_with(
-        self, answer: Callable[[], Any], reply: Reply | None, show: Callable[[], None] = lambda: None
+        self,
+        answer: Callable[[], Any],
+        reply: Reply | None,
+        show: Callable[[], None] = lambda: None,
+        quiet: bool = False,
     ) -> None:
-        """show: what came of it, before the reply."""
+        """show: what came of it, before the reply. quiet: a refusal is told to whoever waits for a reply alone, since a
+        hand without the handle would be told so sixty times a second.
+        """
         try:
             result = answer()
         except Exception as error:
+            if quiet and reply is None and isinstance(error, ControlError):
+                return
             (self.note if reply is None else _refused(reply))(_words(error), True)
             return
         if reply is not None:

@@ -23,7 +23,6 @@ from app.operations.messages import messages
 from app.session.client_sessions import MAX_PAGES, ClientSessions, TabTaken, TooManyTabs
 from app.session.commands import InvalidMessage, parse_command
 from app.tabs.registry import specs
-from vfix_engine.json_text import parse_json
 
 if TYPE_CHECKING:
     from app.session.client_session import ClientSession
@@ -303,7 +302,7 @@ def _refusal(number: int | None, words: str) -> Message:
 def _number(text: str) -> int | None:
     """The id of an invalid message, if a client can wait for a reply to it."""
     try:
-        number = parse_json(text)["id"]
-    except (ValueError, LookupError, TypeError):
+        number = json.loads(text)["id"]  # leniently: also beside a NaN, for which the message is refused
+    except (ValueError, LookupError, TypeError, RecursionError):
         return None
     return number if type(number) is int else None

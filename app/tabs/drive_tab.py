@@ -25,6 +25,7 @@ from vfix_engine.runtime.snapshot import Snapshot
 P = TypeVar("P", bound=PreparedDrive[Any])
 T = TypeVar("T", bound=Snapshot)
 
+NOT_PLACED = "nothing is in place yet. Press Start, and wait until it is."
 NOT_HELD = "only the window that holds the handle can do that; you can watch, or take over when it lets go."
 
 
@@ -133,8 +134,12 @@ class DriveTab(Tab, Generic[P, T]):
         drive = self.need_drive()
         if isinstance(command, c.DriveCommand):
             self._drive(drive, command.type)
+        elif isinstance(command, c.Comment):
+            drive.comment(command.text)
         elif isinstance(command, c.SetDriveSettings):
             self.need_instructor()
+            if self.now.prepared is None:  # they would be lost
+                raise ControlError(NOT_PLACED)
             drive.change_settings(self.client, command.values)
 
     def need_drive(self) -> SharedDrive[P, T]:
@@ -198,9 +203,12 @@ class DriveTab(Tab, Generic[P, T]):
     # -- the hand: each is a write into the control process's shared memory; called on other threads
 
     def handle_now(self, command: ClientMessage) -> None:
-        drive = self.drive
-        if drive is None:
-            return
+        """Raises ControlError where this client does not hold the handle; letting go is never refused."""
+        drive = self.need_drive()
+        lets_go = isinstance(command, c.HoldCommand) and command.type in ("grip.release", "rehearsal.let_go")
+        takes = isinstance(command, c.HoldCommand) and command.type == "rehearsal.take"
+        if not (lets_go or takes or drive.lease.held_by(self.client)):
+            raise ControlError(NOT_HELD)
         if isinstance(command, c.Push):
             (drive.drive if command.type == "drive" else drive.twist)(self.client, command.direction)
         elif isinstance(command, c.MoveAxes):
@@ -216,7 +224,7 @@ class DriveTab(Tab, Generic[P, T]):
                 case "grip.release":
                     drive.release_grip(self.client)
                 case "rehearsal.take":
-                    drive.lease.take(self.client)
+                    self.take(drive)
                 case "rehearsal.let_go":
                     drive.leave(self.client)
 
@@ -265,7 +273,7 @@ class DriveTab(Tab, Generic[P, T]):
         """Changes with whatever :meth:`drive_section` tells, and with the snapshots that were read before."""
         now = self.now
         told = now.state, now.words, now.mine, now.holder, now.unrecorded, now.requested, now.hand_lost
-        how = now.control, now.preset
+        how = now.control, now.preset, now.comments
         return self.reads, Same(now.snapshot), Same(now.prepared), *told, *how, self.client
 
     def drive_section(self) -> DriveSection:

@@ -1,5 +1,6 @@
 """A small head of a few triangles, and services over a home of its own."""
 
+import tarfile
 from collections.abc import Iterator
 from pathlib import Path
 from unittest import mock
@@ -21,6 +22,8 @@ from app.settings import Settings
 from app.store import Store
 from app.store.models import Base
 from vfix_engine.geometry.mesh import TriangleMesh
+
+OLD_HOME = Path(__file__).resolve().parents[1] / "data" / "old_home" / "home.tar.xz"
 
 
 def tetrahedron() -> TriangleMesh:
@@ -103,5 +106,15 @@ def phantom_services(shared_phantom: Services) -> Iterator[Services]:
 def client(phantom_services: Services) -> Iterator[Client]:
     """The REST routes over those services."""
     opened = opened_client(phantom_services)
+    yield opened
+    opened.close()
+
+
+@pytest.fixture
+def old_home(tmp_path: Path) -> Iterator[Services]:
+    """A home of an earlier version, which holds a run of each world."""
+    with tarfile.open(OLD_HOME) as archive:
+        archive.extractall(tmp_path, filter="data")
+    opened = build_services(Settings(home=tmp_path / "home", port=0))
     yield opened
     opened.close()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import signal
@@ -14,7 +15,7 @@ import numpy as np
 import pytest
 from onlooker import Onlooker
 from page_scripts import NO_ANTIALIASING
-from playwright.sync_api import Playwright, expect
+from playwright.sync_api import Page, Playwright, expect
 from workstation import DRIVEN_S, PATIENCE_MS, ROOT, TOKEN, VIEWPORT, Planner, Rest, Workstation, launch
 
 pytestmark = pytest.mark.browser
@@ -155,6 +156,7 @@ def test_one_window_holds_the_handle_and_the_other_watches(open_page: Open, rest
     driver, watcher = open_page().ready(), open_page().ready()
     for station in (driver, watcher):
         station.open_plan(plan_id)
+    assigned(driver, plan_id)
     driver.start()
     watcher.page.click("[data-step=rehearse]")
     watcher.wait_for("the other's robot", lambda: watcher.rehearsal()["state"] == "running")
@@ -181,6 +183,75 @@ def test_one_window_holds_the_handle_and_the_other_watches(open_page: Open, rest
     seen = "motion, seen by the one who watches now"
     watcher.drive_until("ArrowUp", seen, lambda: driver.rehearsal()["progress_mm"] > 1.0)
     watcher.page.keyboard.up("ArrowUp")
+    commented_while_watched(driver, watcher, rest)
+
+
+def assigned(trainee: Workstation, plan_id: str) -> None:
+    """The file of an assignment is opened: what it asks for is listed, and 3, 2, 1 before Start is called off."""
+    page = trainee.page
+    page.click("[data-step=rehearse]")
+    criteria = {"max_time_s": 300, "max_contacts": 0, "completed": True}
+    file = {"schema": "vfix-assignment/1", "name": "Once", "plan": {"id": plan_id}, "mode": "hands-on"}
+    data = json.dumps({**file, "criteria": criteria, "countdown": True}).encode()
+    page.set_input_files("#assignment-file", {"name": "wrong.json", "mimeType": "application/json", "buffer": b"{}"})
+    expect(page.locator("#alerts")).to_contain_text("This is no assignment")
+    page.get_by_role("button", name="Dismiss").click()
+    page.set_input_files("#assignment-file", {"name": "once.json", "mimeType": "application/json", "buffer": data})
+    expect(page.locator("#assignment-words")).to_have_text("Once: 0 of 1 passed")
+    expect(page.locator("#assignment .criteria")).to_contain_text("≤ 300 s")
+    expect(page.locator("#start")).to_be_enabled()
+    page.click("#start")
+    expect(page.locator(".countdown")).to_be_visible()
+    trainee.picture("countdown")
+    page.keyboard.press("Escape")
+    expect(page.locator(".countdown")).to_be_hidden()
+    assert trainee.rehearsal()["state"] != "running"
+
+
+def commented_while_watched(instructor: Workstation, trainee: Workstation, rest: Rest) -> None:
+    """Who watches comments on the drive; the other reads it, and it is at its time in Review."""
+    page, text = instructor.page, "Slower <b>past</b> the artery"
+    page.fill("#drive-comment", text)
+    page.keyboard.press("Enter")
+    expect(trainee.page.locator("#drive-comments li")).to_contain_text(text)
+    expect(trainee.page.locator("#notes")).to_contain_text(f"Comment: {text}")
+    expect(page.locator("#notes")).not_to_contain_text("Comment:")
+    expect(page.locator("#start")).to_have_text("Pause")
+    instructor.picture("instructor")
+    trainee.picture("trainee")
+    page.click("#start")
+    trainee.wait_for("the instructor's pause", lambda: trainee.rehearsal()["state"] == "paused")
+    trainee.page.click("#finish-run")
+    expect(page.locator("#end-card .assignment-verdict")).to_have_text("Not passed")
+    expect(page.locator("#end-card .criteria")).to_contain_text("✓ 0, ≤ 0")
+    instructor.picture("end-card-assignment")
+    page.click("#run-replay")
+    mark = page.locator(".timeline-comments button")
+    expect(mark).to_have_attribute("title", text)
+    (said,) = rest.client.get(f"/api/v1/runs/{_reviewed(page)}/comments").json()
+    mark.click()
+    expect(page.locator(".timeline-time")).to_contain_text(f"{said['t_s']:.1f} / ")
+    page.fill("#run-comment", "Well held")
+    page.keyboard.press("Enter")
+    row = page.locator("#run-comments li").filter(has_text="Well held")
+    row.get_by_label("Change comment").click()
+    page.fill("#dialog input", "Held well")
+    page.keyboard.press("Enter")
+    expect(page.locator("#run-comments li")).to_have_count(2)
+    expect(mark).to_have_count(2)
+    instructor.picture("commented")
+    page.locator("#run-comments li").filter(has_text="Held well").get_by_label("Delete comment").click()
+    expect(mark).to_have_count(1)
+    page.click("#show-results")
+    expect(page.locator("table.results tbody tr")).to_have_count(1)
+    instructor.picture("results")
+    page.click("#show-plots")
+    assert [one["text"] for one in rest.client.get(f"/api/v1/runs/{_reviewed(page)}").json()["comments"]] == [text]
+
+
+def _reviewed(page: Page) -> str:
+    """Id of the run that is open in Review."""
+    return str(page.get_attribute("li[data-run][aria-current=true]", "data-run"))
 
 
 def test_the_tool_stands_still_when_the_page_freezes_in_the_middle_of_a_drag(
@@ -400,10 +471,23 @@ def test_one_click_changes_who_leads_the_tool_and_a_free_hand_is_told_in_colour(
     page.keyboard.up("ArrowUp")
     assert station.rehearsal()["control"]["device"] == "rate", "it stays chosen with the mouse and with keys"
 
+    page.fill("#approach-mm", "12")
+    page.press("#approach-mm", "Tab")
+    expect(page.locator("#approach-point")).to_have_value("")
+    page.click("#approach-go")
+    station.wait_for("the approach", lambda: station.rehearsal()["phase"] == "approach")
+    page.select_option("#approach-point", index=1)
+    expect(page.locator("#approach-mm")).to_have_value("10.7")
+    page.click("#approach-go")
+    arrived = lambda: station.rehearsal()["phase"] == "follow" and station.rehearsal()["progress_mm"] > 10.5  # noqa: E731
+    station.drive_until("ArrowUp", "its place on the path", arrived)
+    page.keyboard.up("ArrowUp")
+
     page.click("[data-control=freehand]")
     station.wait_for("the entry, in a free hand", lambda: station.rehearsal()["state"] == "ready", DRIVEN_S)
     expect(page.locator("#uncertified")).to_have_text("Without the certificate: nothing keeps the tool off bone.")
     expect(page.locator(".reading.alarm")).to_contain_text("without the certificate")
+    expect(page.locator("#approach")).to_contain_text("Nothing leads a free hand")
     assert station.rehearsal()["control"]["certified"] is False
     station.start()
     station.grab(PULL)

@@ -35,6 +35,8 @@ SKIN = """() => { const { skin } = vfix.layer.surfaces.found();
     after: skin.renderOrder > 900, first: passes
       .map((o) => [o.material.colorWrite, o.renderOrder < skin.renderOrder, o.geometry === skin.geometry]) }; }"""
 
+# As for a tool that is driven, whose place the page says anew with each state.
+OPENED = "(tip) => { const { window } = vfix.layer; window.show(tip); window.show = () => {}; }"
 GLIDES = "vfix.layer.hooks.controls.smoothTime > 0"
 # How far the camera is, one frame after a turn, from where it was turned to.
 TURNED = """async () => { const { hooks } = vfix.layer;
@@ -171,6 +173,26 @@ def test_clear_bone_has_its_depth_drawn_first(open_page: Open) -> None:
     station.page.evaluate("vfix.request('view.set', { opacity: 1.0 })")
     station.wait_for("solid bone", lambda: station.page.evaluate(BONE).get("transparent") is False)
     station.wait_for("one pass", lambda: station.page.evaluate(BONE).get("first") == [])
+    assert station.errors == []
+
+
+def test_bone_gives_way_before_the_tip_of_a_tool(open_page: Open) -> None:
+    """In a round window, and nowhere else; it closes again."""
+    station = layered(open_page())
+    station.look_from("anterior")
+    behind = [15.0, 60.0, 55.0]  # behind the forehead
+    x, y = station.place(behind)
+
+    def seen(right: float) -> bytes:
+        return station.page.screenshot(clip={"x": x - 4 + right, "y": y - 4, "width": 8, "height": 8})
+
+    closed, aside = seen(0), seen(120)
+    station.page.evaluate(OPENED, behind)
+    station.wait_for("the window", lambda: seen(0) != closed)
+    assert seen(120) == aside
+    station.picture("tool-window")
+    station.page.evaluate("() => { delete vfix.layer.window.show; vfix.layer.window.show(null); }")
+    station.wait_for("bone", lambda: seen(0) == closed)
     assert station.errors == []
 
 

@@ -108,3 +108,31 @@ test("a window without the focus, or hidden, is driven by no device, which has t
     pad.axes = [0, 0, 0, 0];
   }
 });
+
+test("a stick that is held while mode, device or task changes drives nothing before it was at rest", () => {
+  const changes = [
+    ({ control }) => { control.mode = "hands-on"; },
+    ({ control }) => { control.device = "position"; },
+    ({ state }) => { state.rehearsal = { ...state.rehearsal, mode: "free" }; },
+  ];
+  for (const change of changes) {
+    const now = deflected();
+    change(now);
+    now.says();
+    const driven = () => now.sent().filter(([type]) => type === "rate").map(([, { axes }]) => axes[0]);
+    assert.deepEqual(driven(), [0], "it is let go of at once");
+    for (const across of [1, 0.5, 1]) {
+      pad.axes = [across, 0, 0, 0];
+      now.frame();
+      now.says();
+    }
+    assert.deepEqual(driven(), []);
+    assert.match(now.menu.wordsNow, /Let go of it once/);
+    for (const across of [0, 1]) {
+      pad.axes = [across, 0, 0, 0];
+      now.frame();
+    }
+    assert.deepEqual(driven(), [1]);
+    pad.axes = [0, 0, 0, 0];
+  }
+});

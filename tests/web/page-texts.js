@@ -17,6 +17,7 @@ export const LIMITS = { button: 3, verdict: 8, hint: 12, said: 12 };
 const ELSEWHERE = {
   "app/web/js/dom.js": { ICONS: "none" }, // paths of SVG
   "app/web/js/endoscope/shaders.js": Object.fromEntries(["TISSUE_VERTEX", "COMMON", "LEAN", "FULL", "TISSUE_FRAGMENT", "LINE_VERTEX", "RING_VERTEX", "INK_FRAGMENT", "RING_FRAGMENT"].map((name) => [name, "none"])),
+  "app/web/js/scene-layer/tool-window.js": { DECLARED: "none", DITHERED: "none" }, // of a shader
   "app/web/js/connection.js": { REFUSALS: "said", LOCKED: "said", GONE: "said" }, // by the banner
   "app/web/js/used-registration.js": { DRIVEN: "said" },
   "app/tabs/register/calibration.js": { NO_TIP: "said", NO_ROBOT: "said" }, // by Tool

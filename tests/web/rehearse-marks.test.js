@@ -24,7 +24,7 @@ test("what is shown as without the certificate is what the planner says of it, n
 });
 
 test("a slider stays the same one, with its focus, for as long as its settings are the same ones", () => {
-  const panel = new RehearsePanel({ connection: connectionOf({}), keys: { hold() {}, directions: { drive: 0, twist: 0 } } });
+  const panel = new RehearsePanel({ connection: connectionOf({}), keys: { hold() {}, shortcuts: [], directions: { drive: 0, twist: 0 } } });
   const fields = (...names) => ({ words: "", fields: names.map((name) => ({ name, label: name, unit: "mm", value: 1, digits: 1, lo: 0, hi: 2, step: 1 })) });
   const shown = () => panel.fields.children.map((child) => child.children[1]);
   panel.renderFields(fields("margin_mm", "stiffness", "force"), true);

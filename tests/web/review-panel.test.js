@@ -9,14 +9,14 @@ Object.assign(globalThis, { localStorage: { getItem: () => null, setItem() {} } 
 const { default: ReviewPanel } = await import("../../app/tabs/review/panel.js");
 const { jobWatch } = await import("../../app/web/js/jobs.js");
 
-const title = (id) => ({ id, mode: "hands-on", plan_id: "plan", recorded: "2026-01-01T10:00:00Z", score: null });
+const title = (id) => ({ id, mode: "hands-on", plan_id: "plan", recorded: "2026-01-01T10:00:00Z", score: null, comments: [] });
 const score = (run) => ({
   run, mode: "hands-on", certified: true, completed: true, time_s: 1, path_error_mm: null, target_error_mm: null, angle_deg: null, least_clearance_mm: { bone: 1 }, reach_mm: 3,
   contacts: 0, max_depth_mm: null, held_s: 0, holds: [], path_length_mm: 1, spectral_arc_length: null,
 });
 const series = (run) => ({
   run, mode: "hands-on", certified: true, structures: ["bone"], joints: [], radii_mm: [1], phases: ["follow"], t_s: [0.1, 0.2], tip: [[0, 0, 0], [0, 0, 1]],
-  segments: [[[0, 0, 5, 0, 0, 0]], [[0, 0, 6, 0, 0, 1]]], speed: [], clearance_mm: [[2, 1]], reach_mm: [3, 3], nearest: [0, 0], force_n: [1, 2], error_mm: [0.1, 0.2], progress_mm: [0, 1], phase: [0, 0], held: [0, 0],
+  segments: [[[0, 0, 5, 0, 0, 0]], [[0, 0, 6, 0, 0, 1]]], side: [[0, 1, 0], [0, 1, 0]], speed: [], clearance_mm: [[2, 1]], reach_mm: [3, 3], nearest: [0, 0], force_n: [1, 2], error_mm: [0.1, 0.2], progress_mm: [0, 1], phase: [0, 0], held: [0, 0],
 });
 
 /** A planner with two runs, whose answers the test may change or hold back. */
@@ -25,6 +25,7 @@ function planner() {
   const runs = ["one", "two"].map(title);
   const answers = new Map();
   const answer = (path) => {
+    if (path.endsWith("/assignments")) return { status: 200, body: [] };
     const [, run, what] = path.match(/runs\/(\w+)\/(\w+)/) ?? [];
     return answers.get(`${run} ${what}`) ?? { status: 200, body: run ? (what === "score" ? score(run) : series(run)) : runs };
   };
@@ -110,4 +111,20 @@ test("Space plays with the time line in the hand, too", async () => {
   assert.deepEqual([panel.player.playing, press.prevented, press.stopped], [true, true, true]);
   panel.dock.key({ ...press, repeat: true });
   assert.equal(panel.player.playing, true);
+});
+
+test("comments stand in the order of time, with a mark at each that has one", async () => {
+  planner();
+  const panel = await opened();
+  const said = (id, step, t) => ({ id, t_s: t, step, text: `<b>${id}</b>`, written: "" });
+  const marks = () => (panel.dock.bar.textContent.match(/Comment at [\d.]+ s/gu) ?? []);
+  const run = panel.comments.run;
+  assert.equal(run.id, "one");
+  await panel.comments.tell(run, Promise.resolve(said("late", 9, 0.2)), (one) => [one, said("early", 4, 0.1), said("before", 1, null)]);
+  assert.deepEqual(panel.runs[0].comments.map(({ id }) => id), ["before", "early", "late"]);
+  assert.match(panel.comments.element.textContent, /<b>before<\/b>.*before.*<b>early<\/b>.*0\.1 s.*<b>late<\/b>.*0\.2 s/su, "as text, not as elements");
+  assert.deepEqual(marks(), ["Comment at 0.1 s", "Comment at 0.2 s"]);
+  await panel.comments.tell(run, Promise.reject(new Error("there is no run.")), () => []);
+  assert.match(panel.list.element.textContent, /there is no run/);
+  assert.equal(panel.runs[0].comments.length, 3);
 });

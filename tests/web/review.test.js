@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { errorAlongPath, leastClearance, overTime, sampleAt, segmentsAt, speeds, timeAlong, tipSpeed } from "../../app/tabs/review/curves.js";
+import { errorAlongPath, leastClearance, overTime, sampleAt, segmentsAt, sideAt, speeds, timeAlong, tipSpeed } from "../../app/tabs/review/curves.js";
 import { layOutElements } from "./panels.js";
 import { paired, pairsOf } from "../../app/tabs/review/pairs.js";
 import { signed } from "../../app/web/js/format.js";
@@ -18,6 +18,7 @@ const SERIES = {
   phases: ["free", "approach", "follow", "done", "inspect_approach", "inspect_hold"],
   t_s: [0.1, 0.2, 0.3, 0.5], tip: [[0, 0, 0], [0, 0, 1], [0, 0, 2], [0, 0, 2]],
   segments: [[[0, 0, 5, 0, 0, 0]], [[0, 0, 6, 0, 0, 1]], [[0, 0, 7, 0, 0, 2]], [[0, 0, 7, 0, 0, 2]]],
+  side: [[0, 1, 0], [0, 0.8, 0.6], [0, 0.8, 0.6], [0, 0.8, 0.6]],
   speed: [[1, 2, 3, 4], [0, Math.PI, 0, 0]], clearance_mm: [[2, 1, null, null], [null, 3, null, 0.5]], reach_mm: [3, 3, 3, 3], nearest: [0, 0, -1, 1],
   force_n: [1, 2, 3, 4], error_mm: [5, 0.1, 0.4, 0.2], progress_mm: [0.1, 1.1, 1.2, 2.6], phase: [1, 2, 2, 3], held: [0, 0, 1, 0],
 };
@@ -26,6 +27,7 @@ test("the tool stands between two samples on the straight line, and at the ends 
   assert.deepEqual([0, 0.1, 0.19, 0.2, 0.49, 9].map((t) => sampleAt(SERIES.t_s, t)), [0, 0, 0, 1, 2, 3]);
   const [[from, to]] = segmentsAt(SERIES, 0.15);
   assert.deepEqual([from, to].map((place) => place.map((value) => Number(value.toFixed(9)))), [[0, 0, 5.5], [0, 0, 0.5]]);
+  assert.deepEqual(sideAt(SERIES, 0.15).map((value) => Number(value.toFixed(9))), [0, 0.9, 0.3]);
   assert.deepEqual(segmentsAt(SERIES, 0), [[[0, 0, 5], [0, 0, 0]]]);
   assert.deepEqual(segmentsAt(SERIES, 9), [[[0, 0, 7], [0, 0, 2]]]);
 });

@@ -33,7 +33,7 @@ from .mailbox import Mailbox
 from .outbox import Outbox
 from .priority import RealTimePriority
 from .requests import Request, Reset, SetControl
-from .ring import Ring, RowReader
+from .ring import Ring, RowReader, written_rows
 from .run_recorder import FarEnd, RunRecorder
 from .snapshot import Snapshot
 from .system import SystemSpec
@@ -259,6 +259,13 @@ class ControlProcess(Generic[T]):
                 raise ControlError(f"the control process has no rows yet: {error}") from None
             self._readers.add(reader)
             return reader
+
+    @property
+    def recorded(self) -> int:
+        """Number of steps so far that its run has, or will have once they are written. 0 once it is closed."""
+        with self._lock:
+            lost = 0 if self._recorder is None else self._recorder.lost
+            return 0 if self._closed else written_rows(self._ring) - lost
 
     @property
     def hand_lost(self) -> bool:

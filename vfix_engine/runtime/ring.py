@@ -48,7 +48,7 @@ class Ring:
 
     def skip(self) -> None:
         """Skip the rows written so far."""
-        self._next = int(_COUNT.unpack_from(_buffer(self._memory), _COUNT_AT)[0]) + 1
+        self._next = written_rows(self._memory) + 1
 
     def write(self, row: Array) -> None:
         """Append a row (width,)."""
@@ -81,6 +81,11 @@ class Ring:
 
     def _place(self, number: int) -> int:
         return (number % self._rows) * self._size
+
+
+def written_rows(memory: SharedMemory) -> int:
+    """Number of rows written to a ring so far."""
+    return int(_COUNT.unpack_from(_buffer(memory), _COUNT_AT)[0])
 
 
 def write_layout(memory: SharedMemory, columns: Sequence[tuple[str, str]]) -> None:

@@ -112,6 +112,7 @@ class Run:
         """
         folder = Path(folder)
         try:
+            _check_files(folder)
             manifest = checked_manifest(json.loads((folder / MANIFEST).read_text(encoding="utf-8")))
             with np.load(folder / SPEC, allow_pickle=False) as archive:
                 arrays = {name: archive[name] for name in archive.files}
@@ -255,6 +256,13 @@ def digest(array: NDArray[Any]) -> str:
     return hashlib.sha256(head + np.ascontiguousarray(array).tobytes()).hexdigest()
 
 
+def _check_files(folder: Path) -> None:
+    """Raise InputError for what is no file under the name of one: a named pipe would be waited for."""
+    for name in (*CLOSED, TICKS, END, SIDEWAYS):
+        if (folder / name).exists() and not (folder / name).is_file():
+            raise InputError(f"{name} is no ordinary file")
+
+
 def _ended(folder: Path, data: bytes) -> End | None:
     """The end of a run whose ticks are ``data``; None of one that was interrupted. Raises InputError for another's."""
     path = folder / END
@@ -262,10 +270,10 @@ def _ended(folder: Path, data: bytes) -> End | None:
         return None
     end = checked_end(json.loads(path.read_text(encoding="utf-8")))
     if hashlib.sha256(data).hexdigest() != end.sha256:
-        raise InputError("it is damaged: its ticks are not those that were recorded")
+        raise InputError(f"it is damaged: {TICKS} has changed since it was recorded")
     for name, recorded in end.files.items():
         if name in CLOSED and _sha256(folder / name) != recorded:
-            raise InputError(f"it is damaged: {name} is not what was recorded")
+            raise InputError(f"it is damaged: {name} has changed since it was recorded")
     return end
 
 

@@ -12,6 +12,7 @@ from ..runtime.run import Run
 from ..runtime.system import Column, SystemSpec
 from ..worlds.registry import spec_of
 from ..worlds.rigid.row import PHASES
+from ..worlds.rigid.snapshot import view_axes
 from .metrics.held import HELD
 from .metrics.samples import Samples, samples_of
 from .path_plane import PathPlane
@@ -27,6 +28,7 @@ class RunSeries:
     t: (n,) in s, driven time at the end of each control period.
     tip, rotation: (n, 3) and (n, 3, 3), pose of the tip; grip: (n, 3), the point on the shaft that the hand holds.
     start, end: (n, S, 3) axes of the tool's parts from the tip on; radius: (S,) of them.
+    side: (n, 3) unit vector across the tool's first part, to which its bend or an angled lens points.
     q, speed: (n, J) joints and their speeds, whose names and units are ``joints``; J = 0 in a free hand.
     clearance: (n, B) distance of the whole tool to each of ``structures``, the anatomy first; negative where it was
         entered, cut at ``reach``, (n,). nearest: (n,) number of the nearest structure, -1 where none is within reach.
@@ -44,6 +46,7 @@ class RunSeries:
     grip: Array
     start: Array
     end: Array
+    side: Array
     q: Array
     speed: Array
     clearance: Array
@@ -105,6 +108,7 @@ def series_of(run: Run, spec: SystemSpec | None = None) -> RunSeries:
         names = [[f"s{part}_{end}{axis}" for axis in "xyz"] for part in range(parts)]
         return np.asarray(rows[:, [[at[name] for name in three] for three in names]])
 
+    start, end = axes("a"), axes("b")
     plane = None if samples.path is None else PathPlane.of(samples.path)
     clearance = samples.distance.min(axis=2)
     reach = np.array([one.reach_mm for one in samples.settings])
@@ -115,8 +119,9 @@ def series_of(run: Run, spec: SystemSpec | None = None) -> RunSeries:
         tip=samples.tip,
         rotation=samples.rotation,
         grip=samples.rotation @ samples.tool.grip(np.eye(3), np.zeros(3)) + samples.tip,
-        start=axes("a"),
-        end=axes("b"),
+        start=start,
+        end=end,
+        side=_sides(samples, end[:, 0] - start[:, 0]),
         q=rows[:, [at[one.name] for one in joints]],
         speed=rows[:, [at[f"v{one.name[1:]}"] for one in joints]],
         clearance=clearance,
@@ -134,6 +139,16 @@ def series_of(run: Run, spec: SystemSpec | None = None) -> RunSeries:
         joints=joints,
         plane=plane,
     )
+
+
+def _sides(samples: Samples, shaft: Array) -> Array:
+    """The side (n, 3) of every pose, as ``ToolOfSnapshot.side`` says it; shaft: (n, 3) along the first part."""
+    view = view_axes(samples.tool)
+    along: Array = shaft / np.linalg.norm(shaft, axis=1, keepdims=True)
+    towards: Array = samples.rotation @ (view[:, 2] - view[:, 1])
+    across: Array = towards - (towards * along).sum(axis=1, keepdims=True) * along
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    return across
 
 
 def _errors(samples: Samples, plane: PathPlane | None) -> tuple[Array, Array]:

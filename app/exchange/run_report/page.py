@@ -44,7 +44,10 @@ class HoldRow:
 
 @dataclass(frozen=True)
 class RunReportPage:
-    """What the report says. figures: heading and SVG. more_holds: number of holds that are not listed."""
+    """What the report says. figures: heading and SVG. more_holds: number of holds that are not listed.
+
+    comments: label of the run, time, and text of each.
+    """
 
     title: str
     subtitle: str
@@ -53,6 +56,7 @@ class RunReportPage:
     figures: tuple[tuple[str, str], ...]
     holds: tuple[HoldRow, ...]
     more_holds: int
+    comments: tuple[tuple[str, ...], ...] = ()
 
     def html(self) -> str:
         """The page."""
@@ -63,6 +67,7 @@ class RunReportPage:
             self._scores(),
             *(f"<section><h2>{escape(name)}</h2>{svg}</section>" for name, svg in self.figures if svg),
             self._holds(),
+            self._comments(),
             f"<footer><span>{NOTICE}. Scored with vfix {escape(__version__)}. R, L, A, P, S, I: right, left, front, "
             f"back, top and bottom of the patient.</span>"
             f"<span>{escape('; '.join(run.of for run in self.runs))}</span></footer>",
@@ -110,6 +115,18 @@ class RunReportPage:
         table = f'<table class="holds"><thead><tr>{columns}</tr></thead><tbody>{body}</tbody></table>'
         apart = '<p class="remark">Interruptions of up to 0.3 s are not told apart.</p>'
         return f"<section><h2>Holds and contacts, the longest first</h2>{table}{more}{apart}</section>"
+
+    def _comments(self) -> str:
+        if not self.comments:
+            return ""
+        names = (*(("Run",) if self._several else ()), "At", "Comment")
+        columns = "".join(f'<th scope="col">{name}</th>' for name in names)
+        body = "".join(
+            f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in cells[not self._several :])}</tr>"
+            for cells in self.comments
+        )
+        table = f'<table class="comments"><thead><tr>{columns}</tr></thead><tbody>{body}</tbody></table>'
+        return f"<section><h2>Comments</h2>{table}</section>"
 
 
 def _label(run: ReportedRun) -> str:

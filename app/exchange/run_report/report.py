@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,6 +26,9 @@ from vfix_engine.worlds.registry import spec_of
 from vfix_engine.worlds.rigid.row import PHASES
 from vfix_engine.worlds.rigid.spec import RigidSpec
 
+if TYPE_CHECKING:  # a folder is reported without a store
+    from app.drives.comments import RunComment
+
 MOST_RUNS = 6  # columns of the table, and lines of a figure that can be told apart
 _COLOURS = ("#1f6fb5", "#c2410c", "#15803d", "#7e3fb0", "#a16207", "#475569")
 _DASHES = ("", "2 0.8", "0.8 0.8", "3 0.8 0.8 0.8", "1.4 1.4", "4 1.6")
@@ -37,13 +41,17 @@ _TASKS = {"follow": "path", "done": "path", "approach": "path", "inspect_hold": 
 
 @dataclass(frozen=True, eq=False)
 class RunToReport:
-    """A run, its id or folder, the names of what was driven, and when (an ISO time); '' where that is not known."""
+    """A run, its id or folder, the names of what was driven, and when (an ISO time); '' where that is not known.
+
+    comments: on it, in the order of time.
+    """
 
     run: Run
     id: str
     plan: str = ""
     case: str = ""
     recorded: str = ""
+    comments: Sequence[RunComment] = ()
 
     @cached_property
     def spec(self) -> RigidSpec:
@@ -104,6 +112,7 @@ def report_html(runs: Sequence[RunToReport]) -> str:
         figures=tuple(_figures(runs, shown)),
         holds=holds[:_MOST_HOLDS],
         more_holds=max(len(holds) - _MOST_HOLDS, 0),
+        comments=_comments(runs, shown),
     ).html()
 
 
@@ -289,6 +298,15 @@ def _holds(runs: Sequence[RunToReport], shown: Sequence[ReportedRun]) -> tuple[H
         )
         for hold, label in found
     )  # fmt: skip
+
+
+def _comments(runs: Sequence[RunToReport], shown: Sequence[ReportedRun]) -> tuple[tuple[str, ...], ...]:
+    """Label of the run, time and text of every comment."""
+    return tuple(
+        (run.label, "before" if said.t_s is None else f"{said.t_s:.1f} s", said.text)
+        for one, run in zip(runs, shown, strict=True)
+        for said in one.comments
+    )
 
 
 def _task(one: RunToReport) -> str:

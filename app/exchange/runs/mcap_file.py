@@ -31,7 +31,7 @@ from google.protobuf.timestamp_pb2 import Timestamp
 from mcap.writer import Writer
 from scipy.spatial.transform import Rotation
 
-from app.exchange.runs.table import RunTable, about, table_of
+from app.exchange.runs.table import RunTable, table_of
 from vfix_engine.arrays import Array
 from vfix_engine.control import ControlSettings
 from vfix_engine.geometry.path import SplinePath
@@ -49,8 +49,10 @@ _PATH, _TARGET = Color(r=0.12, g=0.5, b=0.84, a=1.0), Color(r=0.76, g=0.09, b=0.
 _PATH_STEP_MM = 0.5
 
 
-def write_mcap(run: Run, run_id: str | None, path: Path) -> None:
+def write_mcap(run: Run, told: dict[str, Any], path: Path) -> None:
     """Write all steps, and of a rigid tool its poses and the scene; a snake has no bone and no rigid tool.
+
+    told: what it says of itself, see `about`.
 
     Raises InputError where the run does not hold its spec.
     """
@@ -59,7 +61,6 @@ def write_mcap(run: Run, run_id: str | None, path: Path) -> None:
     scene: SceneSpec | None = getattr(spec_of(run), "scene", None)
     with path.open("wb") as file:
         writer = _ProtobufWriter(file)
-        told = about(run, run_id)
         writer.tell({key: value if isinstance(value, str) else json.dumps(value) for key, value in told.items()})
         if scene is not None:
             for topic, message in _still(scene):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from vfix_engine.runtime.system import Column
 from vfix_engine.worlds.registry import is_certified
 from vfix_engine.worlds.rigid.row import OUTCOMES, PHASES
 from vfix_engine.worlds.rigid.scene_parts import tool_from
+
+if TYPE_CHECKING:  # a folder is exported without a store
+    from app.drives.comments import RunComment
 
 CERTIFIED_COLUMN = "certified"  # 1 in every row of a run in which every motion was certified, else 0
 NOTICE_COLUMN = "not_for_clinical_use"  # all ones, so that copies of the table have the notice
@@ -61,8 +65,8 @@ def radii_of(run: Run) -> Array:
     return np.array([]) if tool is None else np.asarray(tool_from(tool).radius)
 
 
-def about(run: Run, run_id: str | None) -> dict[str, Any]:
-    """What an export says of itself. run_id: of a stored run."""
+def about(run: Run, run_id: str | None, comments: Sequence[RunComment] = ()) -> dict[str, Any]:
+    """What an export says of itself. run_id, comments: of a stored run."""
     manifest = run.manifest
     certified = is_certified(manifest)
     return {
@@ -83,4 +87,5 @@ def about(run: Run, run_id: str | None) -> dict[str, Any]:
         "recorded_by": manifest["versions"],
         "phases": list(PHASES),
         "outcomes": list(OUTCOMES),
+        "comments": [vars(one) for one in comments],
     }

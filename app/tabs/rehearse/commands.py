@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from app.drives import commands as drive
 from app.drives.commands import DriveCommand, HoldCommand, Push, SetDriveSettings
 from app.messages.fields import ClientMessage, Identifier
 from vfix_engine.runtime.control_mode import ControlMode, Device
+from vfix_engine.virtual_fixtures.path_tube import NARROWEST_MM, WIDEST_MM
 
 __all__ = [
-    "COMMANDS", "ChooseControl", "DriveCommand", "HoldCommand", "Push", "SetDriveSettings", "SetErrors", "SetMode",
-    "SetOptions",
+    "COMMANDS", "ChooseControl", "DriveCommand", "HoldCommand", "Push", "SetApproach", "SetDriveSettings", "SetErrors",
+    "SetMode", "SetOptions",
 ]  # fmt: skip
+
+PathMm = Annotated[float, Field(ge=0, le=1e4, allow_inf_nan=False)]  # arc length along a path [mm]
 
 
 class SetMode(ClientMessage):
@@ -23,11 +26,28 @@ class SetMode(ClientMessage):
     target_id: Identifier | None = None
 
 
+class SetApproach(ClientMessage):
+    """Follow the path from a chosen place on, to which the tip goes straight first (Li 2004, V).
+
+    point, at_mm: one of both, a path point of the driven plan or an arc length.
+    """
+
+    type: Literal["rehearsal.approach"]
+    point: Identifier | None = None
+    at_mm: PathMm | None = None
+
+    @model_validator(mode="after")
+    def _one_place(self) -> SetApproach:
+        if (self.point is None) == (self.at_mm is None):
+            raise ValueError("an approach has either a path point or mm")
+        return self
+
+
 class SetOptions(ClientMessage):
     """Options of the next start or reset.
 
     centre_point, centre_mm: where the remote centre is, at a path point or at an arc length; neither: where the path
-    enters the head.
+    enters the head. tube_mm: radius of the tube about the path that the tip stays in; None: none.
     """
 
     type: Literal["rehearsal.options"]
@@ -35,7 +55,8 @@ class SetOptions(ClientMessage):
     remote_centre: bool
     speed_limit: bool
     centre_point: Identifier | None = None
-    centre_mm: Annotated[float, Field(ge=0, le=1e4, allow_inf_nan=False)] | None = None
+    centre_mm: PathMm | None = None
+    tube_mm: Annotated[float, Field(ge=NARROWEST_MM, le=WIDEST_MM, allow_inf_nan=False)] | None = None
 
 
 class ChooseControl(ClientMessage):
@@ -70,6 +91,7 @@ COMMANDS: tuple[type[ClientMessage], ...] = (
     drive.MoveMaster,
     drive.DeflectRate,
     SetMode,
+    SetApproach,
     ChooseControl,
     SetOptions,
     SetErrors,

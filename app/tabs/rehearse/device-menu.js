@@ -32,6 +32,8 @@ export class DeviceMenu {
     this.devices = new HandDevices(keys, (axes) => connection.send("rate", { axes }));
     this.owed = false; // the planner is to be told which kind of device was chosen
     this.led = false; // a teleoperated tool is led by this window
+    /** @type {string | undefined} mode, device and task as they were told last */
+    this.way = undefined;
     connection.on("state", ({ state }) => this.follow(state)); // also while another tab is shown
     connection.on("link", () => this.follow(connection.state));
     this.devices.addEventListener("change", () => this.render());
@@ -50,6 +52,10 @@ export class DeviceMenu {
 
   /** @param {ViewModel} state */
   follow({ step, rehearsal }) {
+    const { mode, device, preset } = rehearsal?.control ?? {};
+    const way = JSON.stringify([mode, device, preset, rehearsal?.mode]);
+    if (way !== this.way) this.devices.letGo(); // what is held now was meant for what was before
+    this.way = way;
     const held = this.connection.connected && step?.name === "rehearse" && Boolean(rehearsal?.mine);
     this.devices.follow(held, held && rehearsal?.state === "running");
   }

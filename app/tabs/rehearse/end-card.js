@@ -1,4 +1,5 @@
 // The end of a run: what it is worth, why it was held, and the runs before it.
+import { assignment, criteriaList } from "/static/js/assignments.js";
 import { note } from "/static/js/dialogs.js";
 import { h } from "/static/js/dom.js";
 import { jobWatch } from "/static/js/jobs.js";
@@ -17,9 +18,13 @@ const LOOK_MS = 1500;
 /** @typedef {{ run: RunTitle, score: ScorePublic, runs: RunTitle[], teacher: RunTitle | null }} Ended runs: of the same plan, newest first */
 
 export class EndCard {
-  /** @param {Connection} connection */
-  constructor(connection) {
+  /**
+   * @param {Connection} connection
+   * @param {() => void} start the next run
+   */
+  constructor(connection, start = () => connection.send("rehearsal.start")) {
     this.connection = connection;
+    this.start = start;
     this.element = h("div", { class: "group", id: "end-card", hidden: true });
     this.curve = new LearningCurve();
     /** @type {string | null} the plan that it is about */
@@ -108,7 +113,11 @@ export class EndCard {
     const told = job === null ? null : await jobNow(job);
     const { runs, teacher } = await this.known();
     const run = told ? runs.find(({ id }) => id === told.result) : runs.slice(0, 1).find(({ id }) => id !== this.before);
-    if (run) return { run, runs, teacher, score: await scoreOf(run.id) };
+    if (run) {
+      const score = await scoreOf(run.id);
+      await assignment.refresh();
+      return { run, runs, teacher, score };
+    }
     return { trouble: told?.error?.message ?? "this run was not recorded." };
   }
 
@@ -150,17 +159,24 @@ export class EndCard {
     else this.show(null);
   }
 
+  /** What the assignment asks of this run, where there is one. @param {string} run */
+  criteria(run) {
+    const judged = assignment.results?.runs.find((one) => one.run === run);
+    return judged ? html`<h3 class="assignment-verdict" data-passed=${String(judged.passed)}>${judged.passed ? "Passed" : "Not passed"}</h3>${criteriaList(judged.criteria)}` : nothing;
+  }
+
   /** @param {Ended} ended */
   result({ run, score, runs, teacher }) {
     const last = lastOf(runs, run.mode ?? ""), others = otherModes(runs, run.mode ?? "");
     return html`${titled(score.completed ? "Path completed" : "Run ended", null, html`
       ${modeLine(run.mode, isUncertified(run))}
+      ${this.criteria(run.id)}
       ${scoreFacts(score)}
       ${holdList(feltHolds(score), ({ t_s: at }) => openRun(this.connection, { run: run.id, at }))}
       ${learningPart(last, teacher, this.curve)}
       ${others.length ? html`<ul class="other-modes" aria-label="Other modes">${others.map(({ id, name, words, uncertified }) => html`<li>
         <button type="button" class="plain" title="Compare with this run" @click=${() => openRun(this.connection, { run: run.id, compare: [id] })}><span>${name}${uncertified ? html` <span class="pill">${UNCERTIFIED}</span>` : nothing}</span><span class="number">${words}</span></button></li>`)}</ul>` : nothing}
-      <div class="buttons even"><button type="button" class="primary" id="run-again" data-command="rehearsal.start" @click=${() => this.connection.send("rehearsal.start")}>Again</button
+      <div class="buttons even"><button type="button" class="primary" id="run-again" data-command="rehearsal.start" @click=${() => this.start()}>Again</button
         ><button type="button" id="run-replay" data-command="step.set" @click=${() => openRun(this.connection, { run: run.id })}>Replay</button></div>
       <div class="buttons even"><button type="button" id="run-compare" ?disabled=${runs.length < 2} title=${runs.length < 2 ? "This is the first run of the plan" : "Beside the run before"}
         @click=${() => openRun(this.connection, { run: run.id, compare: [runs[1].id] })}>Compare</button

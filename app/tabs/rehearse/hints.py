@@ -60,6 +60,8 @@ def _task_hint(mode: str, phase: str, targets: int) -> str:
         return "Hold ↑: the view point goes onto the target first."
     if mode == "free":
         return "Drag the sphere; A, D twist. The margin to bone is kept."
+    if phase == "approach":
+        return "Hold ↑: the tip goes straight to the path."
     if phase == "done" and targets:
         return "At the end of the path. Choose Inspect to see a target."
     return "Hold ↑ or W forwards, ↓ or S back, or drag the sphere."
@@ -71,8 +73,10 @@ def _freehand_hint(state: str, mine: bool, free: bool) -> str:
         return "The tool is being put at the entry, in your hand."
     if state == "absent":
         return "Press Start: the tool is put at the entry, in your hand."
-    if free or not mine:
+    if free:
         return ""
+    if not mine:
+        return "You watch a free hand. Pause stops the tool." if state in ("ready", "running", "paused") else ""
     if state == "ready":
         return "At the entry. Press Start. Nothing will keep the tool off bone."
     if state == "running":

@@ -5,11 +5,12 @@ import { say } from "/static/js/said.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { Row } from "/static/js/dom.js" */
-/** @import { CentreSection, OptionView, OptionsSection, ViewModel } from "/static/js/types.js" */
+/** @import { CentreSection, OptionView, OptionsSection, TubeSection, ViewModel } from "/static/js/types.js" */
 
 const MM = "mm"; // of a place that is no path point
 const ENTRY = "entry";
 const STEP_MM = 0.5;
+const TUBE_MM = 2; // radius of a tube that is switched on first
 
 export class OptionsGroup {
   /** @param {Connection} connection */
@@ -29,6 +30,13 @@ export class OptionsGroup {
       h("label", { class: "field" }, h("span", { class: "field-label" }, h("span", {}, "Remote centre")), this.place),
       h("label", { class: "field" }, h("span", { class: "field-label" }, h("span", {}, "Along the path"), this.shownMm), this.mm),
       this.trouble);
+    this.shownTube = h("span", { class: "number" });
+    /** @type {HTMLInputElement} */
+    this.tube = h("input", {
+      type: "range", id: "tube-mm", value: TUBE_MM, "aria-label": "Radius of the tube in mm",
+      oninput: () => this.showTube(Number(this.tube.value)), onchange: () => this.send(this.chosenPlace()),
+    });
+    this.tubeField = h("label", { class: "field", id: "tube", hidden: true }, h("span", { class: "field-label" }, h("span", {}, "Radius"), this.shownTube), this.tube);
     this.words = h("p", { class: "words caution", role: "status", id: "option-words", hidden: true });
     this.element = group("Limits", null, this.options, this.words);
   }
@@ -44,7 +52,26 @@ export class OptionsGroup {
     say(this.words, options?.words ?? "");
     this.words.hidden = !options?.words;
     this.centre.hidden = !options?.centre;
-    if (options?.centre) this.renderCentre(options.centre, Boolean(options.items.find(({ name }) => name === "remote_centre")?.refusal));
+    this.tubeField.hidden = !options?.tube;
+    const isFrozen = (/** @type {string} */ option) => Boolean(options?.items.find(({ name }) => name === option)?.refusal);
+    if (options?.centre) this.renderCentre(options.centre, isFrozen("remote_centre"));
+    if (options?.tube) this.renderTube(options.tube, isFrozen("tube_mm"));
+  }
+
+  /**
+   * @param {TubeSection} tube
+   * @param {boolean} frozen
+   */
+  renderTube({ radius_mm: radius, lo, hi, step }, frozen) {
+    Object.assign(this.tube, { min: String(lo), max: String(hi), step: String(step), disabled: frozen });
+    if (this.tube.matches(":active")) return;
+    this.tube.value = String(radius);
+    this.showTube(radius);
+  }
+
+  /** @param {number} radius */
+  showTube(radius) {
+    this.shownTube.textContent = `${fixed(radius, 1)} mm`;
   }
 
   /**
@@ -82,7 +109,7 @@ export class OptionsGroup {
   option({ name, label }) {
     const box = h("input", { type: "checkbox", "data-option": name, "aria-describedby": `option-${name}`, onchange: () => this.send(this.chosenPlace()) });
     const element = h("div", { class: "field" }, h("label", { class: "check" }, box, label), h("p", { class: "words", id: `option-${name}` }),
-      name === "remote_centre" ? this.centre : null);
+      name === "remote_centre" ? this.centre : name === "tube_mm" ? this.tubeField : null);
     return Object.assign(element, { item: /** @type {any} */ (null) }); // `keyed` puts it there
   }
 
@@ -98,7 +125,7 @@ export class OptionsGroup {
   /** @param {{ centre_point?: string, centre_mm?: number }} place */
   send(place) {
     const on = (/** @type {string} */ name) => Boolean(this.options.querySelector(`[data-option="${name}"]:checked`));
-    const wanted = { soft_tissue: on("soft_tissue"), remote_centre: on("remote_centre"), speed_limit: on("speed_limit") };
+    const wanted = { soft_tissue: on("soft_tissue"), remote_centre: on("remote_centre"), speed_limit: on("speed_limit"), tube_mm: on("tube_mm") ? Number(this.tube.value) : null };
     this.connection.send("rehearsal.options", { ...wanted, ...place });
   }
 }

@@ -19,14 +19,16 @@ from app.planning.remote_centre import TOLERANCE_MM, PathPlace, centre_at, entry
 from app.planning.verdict import NOSTRIL_MM
 from app.plans.service import Plan
 from app.services import Services
-from app.tabs.rehearse.sections import CentreChoice, CentreSection, OptionsSection, OptionView
+from app.tabs.rehearse.sections import CentreChoice, CentreSection, OptionsSection, OptionView, TubeSection
 from app.workspace.latest import BackgroundTask, Latest
 from vfix_engine.errors import VfixError
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.virtual_fixtures import RemoteCentre
 
 ENTRY, MM = "entry", "mm"  # of a position that is not a path point
-_OF_ANOTHER = "Another window holds the handle."
+TUBE_RANGE_MM = (0.5, 10.0, 0.1)  # radii on the page, and their step: a tool beside bone strays from its path, too
+NO_PATH_YET = "The plan has no path yet."
+OF_ANOTHER = "Another window holds the handle."
 
 
 @dataclass(frozen=True)
@@ -148,16 +150,17 @@ def options_section(
     """
     refusals = {
         "soft_tissue": "" if has_ct else NO_CT,
-        "remote_centre": "" if centre is not None else "The plan has no path yet.",
+        "remote_centre": "" if centre is not None else NO_PATH_YET,
         "speed_limit": "",
+        "tube_mm": "" if centre is not None else NO_PATH_YET,
     }
     items: list[OptionView] = [
         {
             "name": name,
             "label": label,
-            "words": _option_words(words, getattr(wanted, name), getattr(in_force or wanted, name)),
-            "on": getattr(wanted, name),
-            "refusal": refusals[name] or ("" if may_change else _OF_ANOTHER),
+            "words": _option_words(words, _is_on(wanted, name), _is_on(in_force or wanted, name)),
+            "on": _is_on(wanted, name),
+            "refusal": refusals[name] or ("" if may_change else OF_ANOTHER),
         }
         for name, (label, words) in _LABELS.items()
     ]
@@ -165,8 +168,18 @@ def options_section(
     return {
         "items": items,
         "centre": centre if wanted.remote_centre else None,
+        "tube": None if wanted.tube_mm is None else _tube(wanted.tube_mm),
         "words": "In force from ‘Start’ or ‘Reset to entry’." if changed else "",
     }
+
+
+def _is_on(options: RehearsalOptions, name: str) -> bool:
+    return getattr(options, name) not in (False, None)
+
+
+def _tube(radius_mm: float) -> TubeSection:
+    low, high, step = TUBE_RANGE_MM
+    return {"radius_mm": radius_mm, "lo": low, "hi": high, "step": step}
 
 
 class _OptionWords(NamedTuple):
@@ -206,5 +219,9 @@ _LABELS: dict[str, tuple[str, _OptionWords]] = {
             f"the tip is limited to {SPEED_MM_PER_S:g} mm/s and {math.degrees(TURN_RAD_PER_S):.0f}°/s.",
             f"limit the tip to {SPEED_MM_PER_S:g} mm/s and {math.degrees(TURN_RAD_PER_S):.0f}°/s.",
         ),
+    ),
+    "tube_mm": (
+        "Tube",
+        _OptionWords("the tip stays in a tube about the path.", "keep the tip in a tube about the path."),
     ),
 }

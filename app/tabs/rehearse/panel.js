@@ -7,6 +7,10 @@ import { holdButton } from "/static/js/hold.js";
 import { NearnessGauge } from "/static/js/nearness.js";
 import { say } from "/static/js/said.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
+import { ApproachRow } from "./approach.js";
+import { AssignmentGroup } from "./assignment.js";
+import { CommentsGroup } from "./comments.js";
+import { Countdown } from "./countdown.js";
 import { DeviceMenu } from "./device-menu.js";
 import { EndCard } from "./end-card.js";
 import { ModesGroup, WITHOUT, isFree } from "./modes.js";
@@ -44,7 +48,6 @@ export default class RehearsePanel {
     this.devices = new DeviceMenu({ connection, keys });
     this.status = new RehearsalStatus();
     this.nearness = new NearnessGauge();
-    this.overlay = h("div", { class: "overlay nearness-over-scene" }, this.nearness.element);
     this.changedState = whenChanged();
     this.changedTargets = whenChanged();
     this.changedFields = whenChanged();
@@ -77,6 +80,7 @@ export default class RehearsePanel {
     this.progress = h("div", { class: "progress" }, this.progressBar);
     this.progressWords = h("p", { class: "words" });
     this.soFar = h("p", { class: "words", id: "so-far", hidden: true });
+    this.approach = new ApproachRow(connection);
     this.controls = new ModesGroup(connection);
     this.rehearsalOptions = new OptionsGroup(connection);
     this.truth = new TruthGroup(connection);
@@ -88,13 +92,20 @@ export default class RehearsePanel {
     this.registration = new UsedRegistration("driven-registration", true);
     this.tissueWords = h("p", { class: "words", hidden: true });
     this.unrecorded = h("p", { class: "words caution", id: "unrecorded", role: "status", hidden: true });
-    this.endCard = new EndCard(connection);
-    this.element = h("div", {}, this.endCard.element,
-      group("Drive", null, this.words, this.unrecorded, this.registration.element, this.tissueWords, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
+    this.countdown = new Countdown(() => this.update(connection.state));
+    this.overlay = h("div", { class: "rehearse-overlay" }, h("div", { class: "overlay nearness-over-scene" }, this.nearness.element), this.countdown.number);
+    keys.shortcuts.push((event) => this.countdown.key(event));
+    connection.on("state", ({ state }) => { if (state.step?.name !== "rehearse") this.countdown.cancel(); });
+    this.endCard = new EndCard(connection, () => this.start());
+    this.assignment = new AssignmentGroup(connection);
+    this.comments = new CommentsGroup(connection);
+    this.element = h("div", {}, this.endCard.element, this.assignment.element,
+      group("Drive", null, this.words, this.unrecorded, this.registration.element, this.tissueWords, h("div", { class: "buttons even" }, this.startButton, this.resetButton), this.countdown.element),
+      this.comments.element,
       this.controls.element,
       group("Task", null, this.modes, this.target, this.modeWords,
         h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
-        this.progressWords, this.progress, this.soFar),
+        this.progressWords, this.progress, this.approach.element, this.soFar),
       group("Handle", null, this.leaseWords, this.leaseButton),
       this.devices.element,
       this.truth.element,
@@ -110,6 +121,8 @@ export default class RehearsePanel {
     this.changedTargets([targets], () => this.renderTargets(targets));
     this.preselect(state, targets);
     this.endCard.update(state);
+    this.assignment.update(state);
+    this.comments.update(state);
     this.registration.update(state);
     const live = isLive(rehearsal);
     const adjustable = live && Boolean(rehearsal.mine);
@@ -122,8 +135,9 @@ export default class RehearsePanel {
     this.devices.update(state);
     this.nearness.update(state.nearness);
     const { state: drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed } = rehearsal;
-    this.changedState([drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed, state.plan_use, targets.length, rehearsal.control], () => this.renderState(state, rehearsal, targets.length));
+    this.changedState([this.countdown.counting, drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed, state.plan_use, targets.length, rehearsal.control], () => this.renderState(state, rehearsal, targets.length));
     this.renderProgress(rehearsal);
+    this.approach.update(state);
     say(this.unrecorded, rehearsal.unrecorded ? `Not recorded: ${rehearsal.unrecorded}` : "");
     this.unrecorded.hidden = !rehearsal.unrecorded;
     this.soFar.textContent = rehearsal.so_far ?? "";
@@ -147,7 +161,8 @@ export default class RehearsePanel {
     const freehand = isFree(rehearsal);
     say(this.words, rehearsal.words || (changed && (isBlocked(state) ? BLOCKED_WORDS : CHANGED_WORDS)) || (freehand ? FREEHAND_WORDS : STATE_WORDS)[rehearsal.state ?? ""] || "");
     this.words.className = freehand && live && !rehearsal.words ? "words uncertified" : changed || silent || rehearsal.state === "failed" ? "words caution" : "words";
-    this.startButton.textContent = rehearsal.state === "running" ? "Pause" : rehearsal.state === "paused" ? "Continue" : "Start";
+    if (!driving && live) this.countdown.cancel(); // the handle has gone elsewhere
+    this.startButton.textContent = rehearsal.state === "running" || this.countdown.counting ? "Pause" : rehearsal.state === "paused" ? "Continue" : "Start";
     const startable = driving || ["absent", "failed"].includes(rehearsal.state ?? "");
     const pausable = rehearsal.state === "running"; // by whoever watches
     this.startButton.disabled = !pausable && (!startable || (state.plan?.points.length ?? 0) < 2);
@@ -179,11 +194,13 @@ export default class RehearsePanel {
   }
 
   /** @param {Partial<RehearsalSection>} rehearsal */
-  renderProgress({ mode, progress_mm: progress, length_mm: length }) {
+  renderProgress(rehearsal) {
+    const { mode, phase, progress_mm: progress, length_mm: length } = rehearsal;
     this.progress.hidden = this.progressWords.hidden = mode !== "path"; // elsewhere the place on the path is not followed
     const part = length ? Math.min(1, Math.max(0, (progress ?? 0) / length)) : 0;
     this.progressBar.style.width = `${(part * 100).toFixed(1)}%`;
-    this.progressWords.textContent = length ? `${fixed(progress, 1)} of ${mm(length)} along the path` : "";
+    const along = phase === "approach" && !isFree(rehearsal) ? "Approaches" : "";
+    this.progressWords.textContent = length ? `${along} ${fixed(progress, 1)} of ${mm(length)} along the path`.trim() : "";
   }
 
   /**
@@ -246,8 +263,14 @@ export default class RehearsePanel {
   }
 
   startOrPause() {
-    const running = this.connection.state.rehearsal?.state === "running";
-    this.connection.send(running ? "rehearsal.pause" : "rehearsal.start");
+    if (this.countdown.cancel()) return;
+    if (this.connection.state.rehearsal?.state === "running") this.connection.send("rehearsal.pause");
+    else this.start();
+  }
+
+  /** After the countdown, where one is wanted. */
+  start() {
+    this.countdown.before(() => this.connection.send("rehearsal.start"));
   }
 
   resetOrEnd() {
@@ -286,6 +309,7 @@ function modeWords(rehearsal, targets) {
   if (rehearsal.mode === "free") return "No path holds the tip. The margin to bone is kept. What is switched on below holds too.";
   if (rehearsal.mode === "inspect") return "Drag the handle: the tool swings about the target. The view point is brought onto it and stays there.";
   const lead = rehearsal.control?.mode === "teleoperated" ? "The device only sets how fast. " : "";
+  if (rehearsal.phase === "approach") return "Push: the tip goes straight to the path, then along it.";
   if (rehearsal.path_done && targets) return "At the end of the path. ‘Inspect’ looks at a target.";
   if (rehearsal.path_done) return "At the end of the path.";
   return `The tip is led along the path. ${lead}Forward and back need no aiming in depth. The tool is twisted in Free and Inspect.`;

@@ -74,9 +74,35 @@ class PreparedRehearsal(PreparedDrive[ToolSnapshot]):
             return ""
         return f"the tool is {snapshot.clearance_mm:.2f} mm from bone here. Draw it back first."
 
-    def target_index(self, target_id: str) -> int:
-        """Place of a target in the scene's list. Raises PlanError where the scene does not have it."""
+    @property
+    def free(self) -> bool:
+        """Whether the tool is in a free hand."""
+        return isinstance(self.spec, FreehandSpec)
+
+    @property
+    def path(self) -> SplinePath:
+        """The driven path."""
+        return SplinePath(np.asarray(self.spec.scene.path_points))
+
+    def point_places(self) -> list[tuple[PlanItem, float]]:
+        """The points of the driven path with their arc lengths in mm."""
+        path, points = self.path, [item for item in self.items if item.kind == "point"]
+        return [(item, float(path.closest(np.array(item.position))[0])) for item in points]
+
+    def path_mm(self, point_id: str | None) -> float:
+        """Arc length of a path point in mm. Raises PlanError where the driven path does not have it."""
+        for item, at in self.point_places():
+            if item.id == point_id:
+                return at
+        raise PlanError("that path point is not part of this rehearsal; ‘Reset to entry’ takes the plan as it is now.")
+
+    def target_index(self, target_id: str | None) -> int:
+        """Place of a target in the scene's list; None: the first. Raises PlanError where the scene does not have it."""
         ids = [item.id for item in self.items if item.kind == "target"]
+        if not ids:
+            raise PlanError("there is no target to inspect; add one in Plan.")
+        if target_id is None:
+            return 0
         if target_id not in ids:
             raise PlanError("that target is not part of this rehearsal; ‘Reset to entry’ takes the plan as it is now.")
         return ids.index(target_id)

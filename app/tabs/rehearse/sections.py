@@ -129,15 +129,44 @@ class CentreSection(TypedDict):
     trouble: str
 
 
+class TubeSection(TypedDict):
+    """Radius of the tube about the path, and the range that is offered; mm."""
+
+    radius_mm: float
+    lo: float
+    hi: float
+    step: float
+
+
 class OptionsSection(TypedDict):
     """Selected options of the rehearsal; words: when they take effect, '' where they have.
 
-    centre: None while the remote centre is off.
+    centre: None while the remote centre is off. tube: None while that is off.
     """
 
     items: list[OptionView]
     centre: CentreSection | None
+    tube: TubeSection | None
     words: str
+
+
+class ApproachPlace(TypedDict):
+    """A path point that can be approached, and its arc length."""
+
+    id: str
+    label: str
+    at_mm: float
+
+
+class ApproachSection(TypedDict):
+    """Places of the driven path that the tip can go to; length_mm: of the path.
+
+    refusal: why none can be approached now, '' where one can.
+    """
+
+    points: list[ApproachPlace]
+    length_mm: float
+    refusal: str
 
 
 class ToolSection(TypedDict):
@@ -187,7 +216,7 @@ class TruthSection(TypedDict):
 class RehearsalSections(TypedDict):
     """The rehearsal of the open plan; driven and curve: of the plan that is driven where that is an older one.
 
-    nearness: bone, then the protected structures; empty without a robot.
+    nearness: bone, then the protected structures; empty without a robot. approach: None without what is driven.
     """
 
     rehearsal: RehearsalSection
@@ -196,6 +225,7 @@ class RehearsalSections(TypedDict):
     details: DetailsSection
     settings: SettingsSection
     options: OptionsSection
+    approach: ApproachSection | None
     tool: ToolSection
     nearness: list[NearnessView]
     truth: TruthSection

@@ -12,17 +12,21 @@ from app.messages.fields import ClientMessage
 from app.messages.sections import Section, Sections
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.scene.centre import CentreNodes
-from app.tabs.drive_tab import NOT_HELD
+from app.scene.tube import TubeNodes
+from app.tabs.drive_tab import NOT_HELD, NOT_PLACED
 from app.tabs.rehearse import SPEC
 from app.tabs.rehearse import commands as c
 from app.tabs.rehearse.drive_nodes import DriveNodes
 from app.tabs.rehearse.drive_session import RehearsalDrive, RehearsalDrives, RehearsalRecord, RehearsalSession
 from app.tabs.rehearse.hints import rehearse_hint
 from app.tabs.rehearse.options import CentrePlaces, options_section, place_of
+from app.tabs.rehearse.preparation import PreparedRehearsal
 from app.tabs.rehearse.sections import NearnessView, OptionsSection, RehearsalSection
 from app.tabs.rehearse.tool_snapshot import ToolSnapshot
 from app.tabs.rehearse.truth import LiveTruth
 from app.tabs.rehearse.view import (
+    FREE_APPROACH,
+    approach_section,
     details_section,
     is_certified,
     nearness_section,
@@ -39,6 +43,7 @@ from vfix_engine.robots import PlacedRobot
 from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.requests import SetTask
 from vfix_engine.worlds.freehand.snapshot import FreehandSnapshot
+from vfix_engine.worlds.rigid.requests import ApproachPoint
 
 UNCERTIFIED = f"{FREEHAND}, without the certificate"  # as others are told who follow the tool (HAZ-41)
 NEAR_S = 1.0 / 15.0  # between two poses whose distances to protected structures are measured
@@ -79,6 +84,8 @@ class RehearseTab(RehearsalSession):
             self._set_options(command)
         elif isinstance(command, c.SetMode):
             self._set_mode(command)
+        elif isinstance(command, c.SetApproach):
+            self._approach(command)
         elif isinstance(command, c.ChooseControl):
             self._set_control(command)
         elif isinstance(command, c.SetErrors):
@@ -96,18 +103,36 @@ class RehearseTab(RehearsalSession):
             soft_tissue=command.soft_tissue,
             remote_centre=command.remote_centre,
             speed_limit=command.speed_limit,
+            tube_mm=command.tube_mm,
             centre=place,
         )
         self._services.rehearsal_options.choose(plan.id, wanted)
 
     def _set_mode(self, command: c.SetMode) -> None:
         """Another mode; the target is one of the robot that is there."""
+        drive, prepared = self._need_placed()
+        index = 0 if command.mode != "inspect" else prepared.target_index(command.target_id)
+        drive.apply(self.client, SetTask(command.mode, index))
+
+    def _approach(self, command: c.SetApproach) -> None:
+        """The tip goes to a place of the path, and follows it from there."""
+        drive, prepared = self._need_placed()
+        if prepared.free:
+            raise ControlError(FREE_APPROACH)
+        at, length = command.at_mm, prepared.path.length
+        if at is None:
+            at = prepared.path_mm(command.point)
+        if at > length:
+            raise ControlError(f"the path ends at {length:.1f} mm; choose a place before that.")
+        drive.apply(self.client, ApproachPoint(at))
+
+    def _need_placed(self) -> tuple[RehearsalDrive, PreparedRehearsal]:
+        """The drive and what stands there. Raises ControlError if nothing does, or this client may not instruct it."""
         drive = self.need_drive()
         self.need_instructor()
-        if self.now.prepared is not None:
-            target = command.target_id
-            index = 0 if target is None else self.now.prepared.target_index(target)
-            drive.apply(self.client, SetTask(command.mode, index))
+        if self.now.prepared is None:
+            raise ControlError(NOT_PLACED)
+        return drive, self.now.prepared
 
     def _set_control(self, command: c.ChooseControl) -> None:
         """Another control mode: at once where the same process has it, else the drive ends and another one stands at
@@ -219,9 +244,10 @@ class RehearseTab(RehearsalSession):
         return now.prepared is not None and _settings(now).margin_mm != now.prepared.settings.margin_mm
 
     def subject(self) -> object:
-        """The drive itself is read with every tick. Of a plan without robot and remote centre little is told."""
+        """The drive itself is read with every tick. Of a plan without robot, remote centre and tube little is told."""
         plan, wanted = self.workspace.plan.current, self.wanted
-        if plan is not None and self.now.prepared is None and not wanted.remote_centre:
+        along = wanted.remote_centre or wanted.tube_mm is not None
+        if plan is not None and self.now.prepared is None and not along:
             return wanted, plan.id, len(plan.content.points) < 2
         return wanted, Same(plan), self._services.store.changes.of(self._services.registrations.kind.name)
 
@@ -241,6 +267,7 @@ class RehearseTab(RehearsalSession):
             "details": Section(Same(snapshot), lambda: details_section(snapshot)),
             "settings": Section(settings, lambda: settings_section(*settings)),
             "options": self._options(now),
+            "approach": Section((Same(now.prepared), now.may_instruct), lambda: approach_section(now)),
             "tool": Section(Same(snapshot), lambda: tool_section(snapshot)),
             "nearness": self._nearness(now),
             "truth": self.truth.section(_settings(now), now.mine),
@@ -290,7 +317,12 @@ class RehearseTab(RehearsalSession):
         if now.snapshot is not None and now.prepared is not None:
             layers.append(self._robot_layer(now.snapshot, now.prepared.robot, now.mine))
         layers += self.truth.layers()
-        centre = self._centre.centre(self.wanted.centre) if self.wanted.remote_centre else None
+        options, known = self.in_force, self._centre.known
+        if options.tube_mm is not None and known is not None:
+            path, radius = known.path, options.tube_mm
+            show_tube = partial(TubeNodes.show, path=path, radius=radius)
+            layers.append(Layer("rehearse.tube", (Same(path), radius), TubeNodes, show_tube))
+        centre = self._centre.centre(options.centre) if options.remote_centre else None
         if centre is not None and centre.into is not None:
             point, into = centre.point, centre.into
             key = (*point.tolist(), *into.tolist())

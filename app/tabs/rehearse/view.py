@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import cast
 
@@ -13,7 +14,9 @@ from app.drives.view import drive_section, number, place
 from app.planning.nearness import REACH_MM, Nearness, nearness
 from app.tabs.rehearse.drive_figures import FELT_N, DriveFigures
 from app.tabs.rehearse.drive_session import RehearsalRecord
+from app.tabs.rehearse.options import OF_ANOTHER
 from app.tabs.rehearse.sections import (
+    ApproachSection,
     ContactView,
     ControlView,
     MotionView,
@@ -48,6 +51,7 @@ _ACROSS = {  # by phase: why a force moves nothing without an obstacle
     "done": "The pull is across the path: it moves the tool neither forward nor back",
     "inspect_hold": "The pull is along the shaft: it does not turn the tool about the target",
 }
+FREE_APPROACH = "Nothing leads a free hand; choose Hands-on or Teleoperated."
 _END = "the end of the path"  # as the world names it
 _STANDS = "The pull points where the tool does not go in this mode"
 
@@ -136,6 +140,22 @@ def _target_id(now: RehearsalRecord) -> str | None:
     targets = [item.id for item in now.prepared.items if item.kind == "target"]
     asked = now.requested
     return targets[asked.target] if isinstance(asked, SetTask) and asked.target < len(targets) else None
+
+
+def approach_section(now: RehearsalRecord) -> ApproachSection | None:
+    """Where the tip can be led to on the driven path; None where nothing stands there."""
+    prepared = now.prepared
+    if prepared is None:
+        return None
+    length = math.floor(10.0 * prepared.path.length) / 10.0  # a place that is offered is on the path
+    return {
+        "points": [
+            {"id": item.id, "label": f"{number}: {item.label}", "at_mm": round(at, 1)}
+            for number, (item, at) in enumerate(prepared.point_places(), 1)
+        ],
+        "length_mm": length,
+        "refusal": FREE_APPROACH if prepared.free else "" if now.may_instruct else OF_ANOTHER,
+    }
 
 
 def details_section(snapshot: ToolSnapshot | None) -> DetailsSection:

@@ -110,11 +110,30 @@ export function sampleAt(times, t) {
  * @returns {[Triple, Triple][]}
  */
 export function segmentsAt({ t_s: times, segments }, t) {
-  const at = sampleAt(times, t), next = Math.min(at + 1, times.length - 1);
-  const span = times[next] - times[at];
-  const share = span > 0 ? Math.min(Math.max((t - times[at]) / span, 0), 1) : 0;
+  const { at, next, share } = between(times, t);
   return segments[at].map((part, index) => {
     const values = part.map((value, axis) => value + share * (segments[next][index][axis] - value));
     return [/** @type {Triple} */ (values.slice(0, 3)), /** @type {Triple} */ (values.slice(3))];
   });
+}
+
+/**
+ * The side of the tool at a time.
+ * @param {SeriesPublic} series
+ * @param {number} t s
+ */
+export function sideAt({ t_s: times, side }, t) {
+  const { at, next, share } = between(times, t);
+  return /** @type {Triple} */ (side[at].map((value, axis) => value + share * (side[next][axis] - value)));
+}
+
+/**
+ * The samples before and after a time, and how far it is from the one to the other.
+ * @param {number[]} times s
+ * @param {number} t s
+ */
+function between(times, t) {
+  const at = sampleAt(times, t), next = Math.min(at + 1, times.length - 1);
+  const span = times[next] - times[at];
+  return { at, next, share: span > 0 ? Math.min(Math.max((t - times[at]) / span, 0), 1) : 0 };
 }

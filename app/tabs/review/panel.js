@@ -1,4 +1,5 @@
 // Review: which runs there are, what the open one is worth, and how it went, replayed and plotted.
+import { assignment } from "/static/js/assignments.js";
 import { h } from "/static/js/dom.js";
 import { jobWatch } from "/static/js/jobs.js";
 import { LearningCurve } from "/static/js/learning-curve.js";
@@ -6,6 +7,7 @@ import { takeRunRequest } from "/static/js/open-run.js";
 import { feltHolds, holdList, learningPart, modeLine, scoreFacts } from "/static/js/run-score.js";
 import { isUncertified, lastOf, markTeacher, modeWord, runName, runsOf, saveReport, scoreOf, seriesOfRun, shortOf } from "/static/js/runs.js";
 import { draw, html, live, nothing, titled } from "/static/js/template.js";
+import { RunComments } from "./comments.js";
 import { Dock } from "./dock.js";
 import { ExportMenu } from "./export-menu.js";
 import { InScene } from "./in-scene.js";
@@ -23,13 +25,16 @@ export default class ReviewPanel {
   constructor({ connection, keys }) {
     this.connection = connection;
     this.player = new Player();
-    this.dock = new Dock(this.player);
+    this.dock = new Dock(this.player, (run) => this.open(run));
     this.list = new RunsList({ open: (id) => this.open(id), toggle: (id) => this.toggle(id) });
     this.about = h("div", { class: "group", id: "run-score", hidden: true });
     this.exports = new ExportMenu();
     this.curve = new LearningCurve();
     this.laid = new InScene();
-    this.element = h("div", {}, this.list.element, this.about, this.laid.element, this.exports.element);
+    this.comments = new RunComments(this.player, {
+      changed: (run, comments) => this.commented(run, comments), failed: (error) => { this.tell(error); this.render(); }, goTo: (t) => this.goTo(t),
+    });
+    this.element = h("div", {}, this.list.element, this.about, this.comments.element, this.laid.element, this.exports.element);
     this.overlay = this.dock.element;
     /** @type {string | null} */
     this.caseId = null;
@@ -62,6 +67,7 @@ export default class ReviewPanel {
   update(state) {
     const head = state.case?.id ?? null;
     const request = takeRunRequest();
+    assignment.follow(state);
     if (head !== this.caseId) {
       Object.assign(this, { caseId: head, runs: [], openId: null, beside: [], trouble: "" });
       for (const known of [this.scores, this.series, this.troubles]) known.clear();
@@ -181,6 +187,13 @@ export default class ReviewPanel {
     this.render();
   }
 
+  /** @param {string} id @param {RunTitle["comments"]} comments */
+  commented(id, comments) {
+    this.trouble = "";
+    this.runs = this.runs.map((run) => (run.id === id ? { ...run, comments } : run));
+    this.render();
+  }
+
   /** @param {string | null} id */
   planName = (id) => (id === null ? "no plan" : this.connection.state.plans?.items.find((plan) => plan.id === id)?.name ?? "a plan that is gone");
 
@@ -192,7 +205,9 @@ export default class ReviewPanel {
     this.exports.of(run?.id ?? null);
     if (run) draw(this.about, this.result(run, score));
     this.laid.of(this.shown ? this.laidRuns(run) : []);
-    this.dock.marks(score ?? null);
+    const played = run && this.player.main?.run.id === run.id ? run : null;
+    this.comments.of(played);
+    this.dock.marks(score ?? null, played?.comments ?? []);
     const scored = [open, ...beside].flatMap((id) => {
       const one = runs.find((title) => title.id === id), its = this.scores.get(id ?? "");
       return one && its ? [{ run: one, score: its }] : [];

@@ -1,6 +1,6 @@
 // Plays a run, and another one beside it: the time, and where both tools are then. Positions come from one download a run.
 import { replay } from "/static/js/replay.js";
-import { segmentsAt } from "./curves.js";
+import { segmentsAt, sideAt } from "./curves.js";
 
 /** @import { ReplayedTool } from "/static/js/replay.js" */
 /** @import { Triple } from "/static/js/slices/grid.js" */
@@ -103,5 +103,5 @@ export class Player extends EventTarget {
  * @returns {ReplayedTool}
  */
 function toolOf({ run, series }, t, ghost) {
-  return { key: run.id, ghost, segments: segmentsAt(series, t), radii: series.radii_mm, way: /** @type {Triple[]} */ (series.tip) };
+  return { key: run.id, plan: run.plan_id, ghost, segments: segmentsAt(series, t), side: sideAt(series, t), radii: series.radii_mm, way: /** @type {Triple[]} */ (series.tip) };
 }

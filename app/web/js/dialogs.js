@@ -49,13 +49,14 @@ function footer(confirmWord) {
 }
 
 /**
- * Ask for a name; resolves to the trimmed text or null.
+ * Ask for a name, or for another line of text; resolves to the trimmed text or null.
  * @param {string} title
  * @param {string} value
  * @param {string} [confirmWord]
+ * @param {{ label?: string, most?: number }} [line] what it is; most: characters
  */
-export async function askName(title, value, confirmWord = "Save") {
-  const input = h("input", { type: "text", value, maxLength: 120, required: true, "aria-label": "Name", autocomplete: "off" });
+export async function askName(title, value, confirmWord = "Save", { label = "Name", most = 120 } = {}) {
+  const input = h("input", { type: "text", value, maxLength: most, required: true, "aria-label": label, autocomplete: "off" });
   const form = h("form", { method: "dialog" }, h("h2", {}, title), input, footer(confirmWord));
   // Enter confirms: the first submit button of a form is the default one, so it is answered here
   input.addEventListener("keydown", (event) => {

@@ -204,7 +204,7 @@ export class Layouts {
       button.setAttribute("aria-pressed", String(button.dataset.layoutButton === shown));
       button.disabled = !this.can(/** @type {Layout} */ (button.dataset.layoutButton));
     }
-    this.endoscopeButton.hidden = !this.endoscope;
+    this.endoscopeButton.disabled = !this.endoscope; // not hidden: what lies beside it would move
     this.endoscopeButton.setAttribute("aria-pressed", String(shown.startsWith("endoscope")));
     this.say();
   }
@@ -217,7 +217,7 @@ export class Layouts {
   actions() {
     const several = BUTTONS.filter(([layout]) => SEVERAL.includes(layout)).map(([layout, , name]) => ({ group: "View", name, off: this.can(layout) ? undefined : "no slices", run: () => this.set(layout) }));
     const alone = ALONE.map(([layout, name]) => ({ group: "View", name, does: `layout.${layout}`, off: this.can(layout) ? undefined : "nothing to show", run: () => this.set(next(this.layout, layout, this.before)) }));
-    const endoscope = { group: "View", name: this.layout === "endoscope" ? "Endoscope beside 3D" : "Endoscope large", does: "layout.endoscope", off: this.endoscope ? undefined : "in a drive only", run: () => this.swapEndoscope() };
+    const endoscope = { group: "View", name: this.layout === "endoscope" ? "Endoscope beside 3D" : "Endoscope large", does: "layout.endoscope", off: this.endoscope ? undefined : "in a drive or Review", run: () => this.swapEndoscope() };
     return [...several, ...alone, endoscope, { group: "View", name: this.folded ? "Show the panel" : "Fold the panel away", does: "panel", run: () => this.fold() }];
   }
 

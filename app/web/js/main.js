@@ -36,7 +36,7 @@ class Page {
     this.layouts = new Layouts(byId("bench"));
     this.theme = new Theme();
     this.scene = new SceneFrame(this.connection, this.keys);
-    this.look = new SceneLook(this.connection, (view) => this.scene.look(view), this.scene.follower);
+    this.look = new SceneLook(this.connection, (view) => this.scene.look(view), this.scene.follower, this.scene.window);
     this.firstTask = new FirstTask();
     this.hint = new HintLine(this.connection);
     this.help = new Help(() => this.firstTask.again());

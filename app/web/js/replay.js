@@ -4,8 +4,9 @@
 
 /**
  * A tool of a run at one moment, and the way of its tip over the whole run; all in LPS mm.
- * @typedef {{ key: string, ghost: boolean, segments: [Triple, Triple][], radii: number[], way: Triple[] }} ReplayedTool
- *   key: of the run. segments: axes of the tool's parts from the tip on. ghost: another run beside the one that is looked at
+ * @typedef {{ key: string, plan: string | null, ghost: boolean, segments: [Triple, Triple][], side: Triple, radii: number[], way: Triple[] }} ReplayedTool
+ *   key: of the run. plan: that was driven. segments: axes of the tool's parts from the tip on. side: across the first part,
+ *   to which its bend or lens points. ghost: another run beside the one that is looked at
  */
 
 /**

@@ -8,6 +8,7 @@ import { draw, html, live, nothing, unlessFocused } from "./template.js";
 
 /** @import { Connection } from "./connection.js" */
 /** @import { Entry } from "./palette.js" */
+/** @import { WindowSwitch } from "./scene-layer/tool-window.js" */
 /** @import { ViewFollower } from "./scene-layer/view-follower.js" */
 /** @import { Commands, JobPublic, ViewModel, ViewSection } from "./types.js" */
 
@@ -26,10 +27,12 @@ export class SceneLook {
    * @param {Connection} connection
    * @param {(view: View) => void} look turns the camera
    * @param {ViewFollower} follower
+   * @param {WindowSwitch} window
    */
-  constructor(connection, look, follower) {
+  constructor(connection, look, follower, window) {
     this.connection = connection;
     this.follower = follower;
+    this.window = window;
     this.look = look;
     /** @type {ViewSection | null} as it is told, or asked for since */
     this.view = null;
@@ -106,8 +109,14 @@ export class SceneLook {
       <label class="field"><span class="field-label">Cut</span><select id="cut" @change=${this.chosen}>${options(CUTS, cut)}</select></label>
       <label class="field" ?hidden=${!slices}><span class="field-label">CT slices in 3D</span>
         <select id="slices-in-scene" @change=${this.sliced}>${options(SLICES, shown)}</select></label>
-      <label class="check" title="During a drive, 3D goes along with the tip"><input type="checkbox" id="follow-view" .checked=${live(this.follower.on)} @change=${this.followed}>Follow the tip</label>`);
+      <label class="check" title="During a drive, 3D goes along with the tip"><input type="checkbox" id="follow-view" .checked=${live(this.follower.on)} @change=${this.followed}>Follow the tip</label>
+      <label class="check" title="During a drive, bone before the tip gives way"><input type="checkbox" id="tool-window" .checked=${live(this.window.on)} @change=${this.opened}>Window to the tip</label>`);
   }
+
+  opened = (/** @type {Event} */ { currentTarget }) => {
+    this.window.set(/** @type {HTMLInputElement} */ (currentTarget).checked);
+    this.render();
+  };
 
   followed = (/** @type {Event} */ { currentTarget }) => {
     this.follower.set(/** @type {HTMLInputElement} */ (currentTarget).checked);

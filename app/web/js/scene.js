@@ -8,6 +8,7 @@ import { LAID_OUT } from "./layout.js";
 import { letterOf } from "./letters.js";
 import { replay } from "./replay.js";
 import { SceneLayer } from "./scene-layer/layer.js";
+import { WindowSwitch } from "./scene-layer/tool-window.js";
 import { ViewFollower } from "./scene-layer/view-follower.js";
 import { THEMED } from "./theme.js";
 
@@ -37,6 +38,7 @@ export class SceneFrame {
     this.software = drawsInSoftware();
     this.layout = "";
     this.follower = new ViewFollower();
+    this.window = new WindowSwitch();
     this.rests = false; // without a graphics card, while the endoscope is large and the tool moves
     /** @type {number | undefined} until it rests */
     this.restTimer = undefined;
@@ -49,6 +51,7 @@ export class SceneFrame {
     /** @type {boolean | null} whether the scene is being drawn */
     this.drawn = null;
     this.frame.addEventListener("load", () => this.loaded());
+    this.window.addEventListener("change", () => this.update(this.connection.state));
     window.addEventListener(THEMED, () => this.colour());
     window.addEventListener(LAID_OUT, (event) => {
       this.layout = /** @type {CustomEvent<string>} */ (event).detail;
@@ -174,8 +177,8 @@ export class SceneFrame {
    * One processor draws both pictures: what is not looked at gives way.
    * @param {ViewModel} state
    */
-  restIfMust({ rehearsal }) {
-    const rests = this.software && (this.layout === "endoscope" || this.layout === "endoscope-alone") && rehearsal?.state === "running";
+  restIfMust({ rehearsal, step }) {
+    const rests = this.software && (this.layout === "endoscope" || this.layout === "endoscope-alone") && step?.input === "drive" && rehearsal?.state === "running";
     if (rests === this.rests) return;
     this.rests = rests;
     byId("scene-rests").hidden = !rests;
@@ -222,7 +225,9 @@ export class SceneFrame {
       this.waitWords.textContent = state.scene?.words ?? "Preparing the scene …";
     }
     this.restIfMust(state);
-    this.follower.at(state.step?.name === "rehearse" ? state.rehearsal?.tip : undefined, this.layer?.turning, this.holding);
+    const tip = state.step?.name === "rehearse" ? state.rehearsal?.tip : undefined;
+    this.follower.at(tip, this.layer?.turning, this.holding);
+    this.layer?.window.show((this.window.on && tip) || null);
     this.layer?.update(state.labels, state.camera, state.view?.skin);
     this.changedLegend([state.corridor?.scale, state.step?.name, hasErrorBalls(state)], () => this.renderLegend(state.corridor?.scale, hasErrorBalls(state)));
     const height = state.camera?.view_height_mm;

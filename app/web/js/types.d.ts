@@ -983,10 +983,18 @@ export interface RehearsalSection {
   holder: string | null;
   can_take: boolean;
   unrecorded: string | null;
+  comments: CommentView[];
   control?: ControlView;
   contacts?: ContactView[];
   plan_changed?: boolean;
   target_id?: string | null;
+}
+
+/** A comment on a drive, at a driven time. */
+export interface CommentView {
+  id: string;
+  t_s: number | null;
+  text: string;
 }
 
 /**
@@ -1052,11 +1060,12 @@ export interface SettingField {
 /**
  * Selected options of the rehearsal; words: when they take effect, '' where they have.
  *
- * centre: None while the remote centre is off.
+ * centre: None while the remote centre is off. tube: None while that is off.
  */
 export interface OptionsSection {
   items: OptionView[];
   centre: CentreSection | null;
+  tube: TubeSection | null;
   words: string;
 }
 
@@ -1086,6 +1095,32 @@ export interface CentreSection {
 export interface CentreChoice {
   value: string;
   label: string;
+}
+
+/** Radius of the tube about the path, and the range that is offered; mm. */
+export interface TubeSection {
+  radius_mm: number;
+  lo: number;
+  hi: number;
+  step: number;
+}
+
+/**
+ * Places of the driven path that the tip can go to; length_mm: of the path.
+ *
+ * refusal: why none can be approached now, '' where one can.
+ */
+export interface ApproachSection {
+  points: ApproachPlace[];
+  length_mm: number;
+  refusal: string;
+}
+
+/** A path point that can be approached, and its arc length. */
+export interface ApproachPlace {
+  id: string;
+  label: string;
+  at_mm: number;
 }
 
 /** Axes (start, end) of the tool's parts from the tip on, and their radii; both empty without a robot. */
@@ -1801,7 +1836,7 @@ export interface TracedPublic {
  * whole is false, and ticks and lost are null, for an interrupted run.
  * pierced: what the tool pierced while it was driven; null where that was not measured.
  * score: null where nobody has asked for it yet, see `/runs/{run_id}/score`, and where there is none.
- * teacher: whether it is marked as the teacher's, of which a plan has one at most.
+ * teacher: whether it is marked as the teacher's, of which a plan has one at most. comments: in the order of time.
  */
 export interface RunTitle {
   id: string;
@@ -1820,6 +1855,7 @@ export interface RunTitle {
   score: ShortScore | null;
   files: Record<string, RunFilePublic>;
   teacher: boolean;
+  comments: CommentPublic[];
 }
 
 /**
@@ -1858,6 +1894,19 @@ export interface ShortScore {
 export interface RunFilePublic {
   sha256: string;
   size_bytes: number;
+}
+
+/**
+ * A comment. t_s: driven time since the last return to the start; null where the tool was returned after it.
+ *
+ * step: number of recorded steps before it.
+ */
+export interface CommentPublic {
+  id: string;
+  t_s: number | null;
+  step: number;
+  text: string;
+  written: string;
 }
 
 /**
@@ -1946,7 +1995,8 @@ export interface HoldPublic {
  * The series of a run at 30 Hz at most, n samples of S tool parts, J joints and B structures; LPS mm.
  *
  * t_s (n): driven time. tip (n, 3). segments (n, S, 6): start and end of the axis of each part of the tool, from the
- * tip on; radii_mm (S). speed (J, n): of the joints. clearance_mm (B, n): least of each interval, null beyond
+ * tip on; radii_mm (S). side (n, 3): unit vector across the first part, to which a bend or lens points.
+ * speed (J, n): of the joints. clearance_mm (B, n): least of each interval, null beyond
  * reach_mm (n). nearest (n): number of the nearest structure, -1 for none within reach. force_n (n): of the hand.
  * error_mm (n): largest of each interval, of the path or of the target, null where there is none.
  * progress_mm (n): along the path. flat_mm (n, 2): the tip in the plane of the path; path_mm (m, 2): the path there,
@@ -1964,6 +2014,7 @@ export interface SeriesPublic {
   t_s: number[];
   tip: [number, number, number][];
   segments: number[][][];
+  side: [number, number, number][];
   speed: number[][];
   clearance_mm: ((number | null)[])[];
   reach_mm: number[];
@@ -1984,6 +2035,59 @@ export interface JointPublic {
   unit: string;
 }
 
+/** What a file says to set up. case_id, plan_id: of the plan to drive; preset: null for any. */
+export interface AssignmentOpened {
+  id: string;
+  case_id: string;
+  plan_id: string;
+  mode: "freehand" | "hands-on" | "teleoperated";
+  preset: "li2004" | "li2007" | null;
+}
+
+/**
+ * Results of an assignment, its runs the oldest first. passed: number of runs that passed every criterion.
+ *
+ * since: runs before it do not count. wanted: how many have to pass; complete: as many have.
+ */
+export interface ResultsPublic {
+  name: string;
+  plan_id: string;
+  mode: string;
+  since: string;
+  wanted: number;
+  criteria: AskedPublic[];
+  runs: RunResultPublic[];
+  passed: number;
+  complete: boolean;
+}
+
+/** A criterion: 'max_' and 'min_' of its name say which limit it is, without either the value is the limit. */
+export interface AskedPublic {
+  name: string;
+  label: string;
+  unit: string;
+  limit: boolean | number;
+}
+
+/** A run of an assignment; trouble: why it cannot be scored, '' where it can. */
+export interface RunResultPublic {
+  run: string;
+  recorded: string;
+  criteria: CriterionPublic[];
+  passed: boolean;
+  trouble: string;
+}
+
+/** A criterion of one run; value: null where the run has none. */
+export interface CriterionPublic {
+  name: string;
+  label: string;
+  unit: string;
+  limit: boolean | number;
+  value: boolean | number | null;
+  passed: boolean;
+}
+
 /** Positions on the canvas as fractions of its size, None for one behind the camera; None without a camera. */
 export interface ProjectAnswer {
   places: ([number, number] | null)[] | null;
@@ -1991,6 +2095,7 @@ export interface ProjectAnswer {
 
 /** What the server has said so far, by section; a section that it has not sent yet is undefined. */
 export interface ViewModel {
+  approach?: ApproachSection | null;
   camera?: CameraSection;
   case?: CaseSection | null;
   cases?: CasesSection;
@@ -2367,6 +2472,13 @@ export interface Commands {
   "registration.use": {
     used: boolean;
   };
+  "rehearsal.approach": {
+    point?: string | null;
+    at_mm?: number | null;
+  };
+  "rehearsal.comment": {
+    text: string;
+  };
   "rehearsal.control": {
     mode: "freehand" | "hands-on" | "teleoperated";
     device?: "position" | "rate";
@@ -2392,6 +2504,7 @@ export interface Commands {
     speed_limit: boolean;
     centre_point?: string | null;
     centre_mm?: number | null;
+    tube_mm?: number | null;
   };
   "rehearsal.pause": {};
   "rehearsal.reset": {};

@@ -19,6 +19,29 @@ from vfix_engine.study.metrics import score_run
 from vfix_engine.study.series import series_of
 
 
+def commented_over_rest(client: Client, path: str, snake: str) -> None:
+    """Comments on a rigid run and on a snake's; the report and the list of what belongs to an export have them."""
+    said = client.post(f"{path}/comments", json={"at_s": 0.05, "text": "<i>Slower</i> & here"})
+    assert (said.status_code, said.json()["t_s"]) == (201, 0.05)
+    comment = f"{path}/comments/{said.json()['id']}"
+    assert client.patch(comment, json={"at_s": 0.1}).json()["t_s"] == 0.1
+    assert client.patch(comment, json={"text": "<i>Slow</i>"}).json()["text"] == "<i>Slow</i>"
+    shown = client.get(path).json()["comments"]
+    assert shown == client.get(f"{path}/comments").json() == client.get("/api/v1/runs").json()[-1]["comments"]
+    assert [(one["text"], one["t_s"]) for one in shown] == [("<i>Slow</i>", 0.1)]
+    assert "<td>0.1 s</td><td>&lt;i&gt;Slow&lt;/i&gt;</td>" in client.get(f"{path}/report").text
+    assert client.get(f"{path}/export", params={"format": "about.json"}).json()["comments"] == shown
+    for wrong in ({"text": None}, {"at_s": True}, {"text": "x" * 301}, {"at_s": 1e9}, {"text": "a\nb"}, {"by": 1}):
+        refused = {"at_s": 0.0, "text": "x", **wrong}
+        assert client.post(f"{path}/comments", json=refused).status_code == 422, refused
+    assert client.delete(comment).status_code == 204
+    assert client.delete(comment).status_code == client.patch(comment, json={"text": "x"}).status_code == 404
+    assert client.get(path).json()["comments"] == []
+    other = client.post(f"/api/v1/runs/{snake}/comments", json={"at_s": 0.01, "text": "The bend"})
+    assert (other.status_code, other.json()["t_s"]) == (201, 0.01)
+    assert client.post("/api/v1/runs/nobody/comments", json={"at_s": 0.0, "text": "x"}).status_code == 404
+
+
 def test_a_run_is_scored_once_and_its_series_are_downloaded(old_home: Services) -> None:
     client: Client = opened_client(old_home)
     runs = {one["world"]: one for one in client.get("/api/v1/runs").json()}
@@ -44,6 +67,8 @@ def test_a_run_is_scored_once_and_its_series_are_downloaded(old_home: Services) 
     assert len(told["t_s"]) == len(told["segments"]) == len(told["speed"][0]) <= 30 * series.t[-1] + 1
     assert told["t_s"][-1] == pytest.approx(series.t[-1], abs=1e-4)
     assert np.array(told["segments"])[-1, 0, 3:] == pytest.approx(series.tip[-1], abs=1e-3)
+    shaft = np.diff(np.array(told["segments"])[:, 0].reshape(-1, 2, 3), axis=1)[:, 0]
+    assert np.abs((np.array(told["side"]) * shaft).sum(axis=1)).max() < 1e-3
     near = series.clearance[series.clearance < series.reach[:, None]]
     least = min((v for row in told["clearance_mm"] for v in row if v is not None), default=np.inf)
     assert least == pytest.approx(near.min(initial=np.inf), abs=1e-4)
@@ -53,6 +78,8 @@ def test_a_run_is_scored_once_and_its_series_are_downloaded(old_home: Services) 
         assert client.get(path).json()["teacher"] is on
     assert client.patch(path, json={"teacher": 1}).status_code == 422
     assert client.patch("/api/v1/runs/nobody", json={"teacher": True}).status_code == 404
+
+    commented_over_rest(client, path, runs["snake"]["id"])
 
     for what in ("score", "series"):
         refused = client.get(f"/api/v1/runs/{snake['id']}/{what}")

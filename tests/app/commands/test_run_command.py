@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -51,6 +52,30 @@ def test_a_run_is_marked_as_the_teachers_and_not(old_runs: dict[str, str], capsy
     assert not any(one["teacher"] for one in listed(capsys))
     assert main(["run", "teacher", old_runs["snake"]]) == 2
     assert "rigid tool" in capsys.readouterr().err
+
+
+def test_a_run_is_commented_on(old_runs: dict[str, str], capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    for run in old_runs.values():  # of every world
+        assert main(["run", "comment", run, "--at", "0.02", "Slower here", "--json"]) == 0
+        said = json.loads(capsys.readouterr().out)
+        assert (said["text"], said["t_s"]) == ("Slower here", 0.02)
+        assert main(["run", "comment", run, "--edit", said["id"], "Slower"]) == 0
+        assert capsys.readouterr().out == f"{said['id']} at 0.0 s: Slower\n"
+    rigid = old_runs["rigid"]
+    assert main(["run", "show", rigid, "--json"]) == 0
+    (one,) = json.loads(capsys.readouterr().out)["comments"]
+    assert one["text"] == "Slower"
+    assert main(["run", "export", rigid, str(tmp_path / "run.csv")]) == 0
+    assert json.loads((tmp_path / "run.csv.about.json").read_text())["comments"] == [one]
+    assert main(["report", rigid, "-o", str(tmp_path / "run.html")]) == 0
+    assert "<td>0.0 s</td><td>Slower</td>" in (tmp_path / "run.html").read_text()
+    capsys.readouterr()
+    assert main(["run", "show", rigid]) == 0
+    assert "0.0 s  Slower" in capsys.readouterr().out
+    for wrong in (["x"], ["--edit", "c-0", "x"], ["--at", "99", "x"], ["--at", "nan", "x"], ["--at", "0", "a\tb"]):
+        assert main(["run", "comment", rigid, *wrong]) == 2, wrong
+    assert main(["run", "comment", rigid, "--delete", one["id"]]) == 0
+    assert main(["run", "comment", rigid, "--delete", one["id"]]) == 2
 
 
 def test_a_run_is_shown_with_its_manifest_and_deleted(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import threading
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,6 +13,7 @@ import pytest
 from session_doubles import Now
 
 from app.drives import drive_process, shared_drive
+from app.drives.comments import LiveComments
 from app.drives.shared_drive import SharedDrive
 from app.drives.shared_drives import DriveKey, SharedDrives
 from app.messages.client import Client
@@ -475,3 +477,24 @@ def test_a_role_says_what_a_client_may_do(drive: Drive) -> None:
         told = [name for name, *_ in Process.last.told]
         assert told == ([] if client is watcher else ["apply", "apply"])
     assert drive.lease.holder == ONE
+
+
+def test_whoever_watches_comments_on_a_drive_that_is_recorded(
+    drive: Drive, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """At the time and the step that the process is at; every client reads it."""
+    with pytest.raises(ControlError, match="recorded"):
+        drive.comment("nothing is driven")
+    recorded: Any = SimpleNamespace(comments=LiveComments(tmp_path / "run"))
+    monkeypatch.setattr(Process, "snapshot", lambda process: SimpleNamespace(t=1.25))
+    monkeypatch.setattr(Process, "recorded", 625, raising=False)
+    monkeypatch.setattr(drive_process, "RecordedProcess", Process)
+    drive.open("plan", lambda: replace(_prepared(), recording=recorded), Now())
+    drive.comment("  Slower  ")
+    for client in (ONE, Client("watcher", "watches")):
+        (one,) = drive.read(client).comments
+        assert (one.text, one.t_s, one.step) == ("Slower", 1.25, 625)
+    with pytest.raises(InputError, match="control character"):
+        drive.comment("a\nb")
+    drive.close()
+    assert drive.read(ONE).comments == ()

@@ -66,6 +66,16 @@ def test_a_run_comes_back_byte_for_byte(
     assert len(stored(settings)) == 6
 
 
+@pytest.mark.parametrize("name", FILES)
+def test_a_stored_run_whose_file_has_changed_is_refused(runs: RunService, name: str) -> None:
+    run = kept(runs)
+    path = runs.file(run.id, name)
+    path.chmod(0o600)
+    path.write_bytes(path.read_bytes() + b" ")
+    with pytest.raises(InputError, match=f"{name} of the run has changed since it was recorded"), runs.laid_out(run.id):
+        pass
+
+
 def test_a_run_that_was_cut_off_is_kept_as_such(runs: RunService) -> None:
     run = runs.keep(written(runs, whole=False), origin="page")
     assert (run.whole, run.case_id, set(run.files)) == (False, None, set(FILES) - {"end.json"})
@@ -109,6 +119,14 @@ def test_the_oldest_runs_give_way(store: Store, settings: Settings) -> None:
     with pytest.raises(TooLarge, match=r"10,000"):
         runs.keep(folder, origin="page")
     assert [run.id for run in runs.list()] == ids[:0:-1]
+
+
+def test_a_teachers_run_does_not_give_way(store: Store, plans: PlanService, case: Case) -> None:
+    runs, plan = RunService(store, max_bytes=10_000), plans.create(case.id, "Plan")
+    first = kept(runs, 300, case_id=case.id, plan_id=plan.id)
+    runs.mark_teacher(first.id)
+    others = [kept(runs, ticks).id for ticks in (301, 302, 303)]
+    assert [run.id for run in runs.list()] == [others[2], others[1], first.id]
 
 
 @pytest.mark.parametrize("manifest", [None, "no json", "[]", '{"seed": NaN}', " " * (5 << 20)])

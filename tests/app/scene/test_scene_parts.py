@@ -16,7 +16,9 @@ from app.scene.camera import Lens
 from app.scene.error_balls import ErrorBalls
 from app.scene.fiducials import FiducialNodes, FiducialShape
 from app.scene.picking import PickingPlane, SurfacePicker, hit_items, hit_plane
+from app.scene.tube import tube_mesh
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.geometry.path import SplinePath
 from vfix_engine.proximity.axes import rotation_z_to
 
 VIEWS = ("anterior", "left", "right", "superior", "oblique", "nose")
@@ -177,3 +179,15 @@ def test_balls_of_an_error_have_rings_in_mm_and_crosses_lines_in_pixels() -> Non
     FiducialNodes(drawn).show([FiducialShape("a", "F1", (0, 0, 0), "left_out", False, (1, 0, 0))])
     assert drawn.calls["/registration/a_left_out_0_measured"]["thickness_units"] == "screen"
     assert drawn.calls["/registration/a_left_out_0"]["color"] == palette.UNKNOWN
+
+
+def test_a_tube_is_everything_within_its_radius_of_the_path() -> None:
+    path = SplinePath(np.array([[0.0, 0.0, 0.0], [4.0, 10.0, 0.0], [0.0, 20.0, 6.0]]))
+    vertices, faces = tube_mesh(path, 1.5)
+    off = [float(np.linalg.norm(place - path.closest(place)[1])) for place in vertices.astype(float)]
+    assert max(off) == pytest.approx(1.5, abs=1e-5)
+    assert min(off) > 1.45
+    mesh = trimesh.Trimesh(vertices, faces)  # merges the vertices of the poles
+    mesh.update_faces(mesh.nondegenerate_faces())
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(np.pi * 1.5**2 * (path.length + 2.0), rel=0.03)

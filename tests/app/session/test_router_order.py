@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from app.messages.sections import Section
+from app.session.commands import InvalidMessage, parse_command
 from app.session.view_model import ViewModel
 
 router = importlib.import_module("app.session.router")  # the package has an object of this name
@@ -130,6 +131,11 @@ def test_a_client_that_goes_while_its_session_is_made_leaves_no_place_taken() ->
 def test_what_is_no_command_is_answered_by_its_number() -> None:
     """Who waits for a reply would wait for ever; without a number it is a note."""
     assert router._number('{"type": "no such command", "id": 7}') == 7
+    for field in ("NaN", "1e999", '3, "at_mm": 3'):  # no command has such a field, but this one has its id
+        text = f'{{"type": "rehearsal.approach", "id": 8, "at_mm": {field}}}'
+        with pytest.raises(InvalidMessage):
+            parse_command(text)
+        assert router._number(text) == 8
     for text in ("", "7", "[]", '{"id": true}', '{"id": "7"}', '{"type": "undo"}', "[" * 60_000):
         assert router._number(text) is None
     assert router._refusal(7, "No.") == {"type": "reply", "id": 7, "ok": False, "error": {"message": "No."}}

@@ -188,6 +188,9 @@ def test_a_free_hand_has_no_robot_and_keeps_no_margin(
     assert details_section(snapshot)["steps"] == 0
     assert sections["nearness"][0]["margin_mm"] == 0.0
     assert "Shift to turn" in tab.hint()
+    assert sections["approach"]["refusal"] == "Nothing leads a free hand; choose Hands-on or Teleoperated."
+    with pytest.raises(ControlError, match="Nothing leads a free hand"):
+        tab.handle(c.SetApproach(type="rehearsal.approach", at_mm=3.0))
 
     from vfix_engine.runtime import Command
 

@@ -24,11 +24,11 @@ from app.tabs.rehearse.options import CentrePlaces, options_section
 from app.tabs.rehearse.preparation import plan_key, prepare
 from app.tabs.rehearse.tab import RehearseTab
 from vfix_engine.errors import ControlError, PlanError
-from vfix_engine.virtual_fixtures import CartesianLimits, RemoteCentre, SoftRegion
+from vfix_engine.virtual_fixtures import CartesianLimits, PathTube, RemoteCentre, SoftRegion
 from vfix_engine.worlds.rigid.dry_run import DryRun
 
 OTHER = Client("tab-two-0", "holds")
-ALL = RehearsalOptions(soft_tissue=True, remote_centre=True, speed_limit=True)
+ALL = RehearsalOptions(soft_tissue=True, remote_centre=True, speed_limit=True, tube_mm=2.0)
 
 
 def stands(services: Services, options: RehearsalOptions, plan: Plan) -> Standing:
@@ -39,10 +39,12 @@ def stands(services: Services, options: RehearsalOptions, plan: Plan) -> Standin
 def test_each_option_is_a_fixture_of_the_plan(phantom_services: Services) -> None:
     plan = phantom_services.plans.get(SAMPLE)
     found = stands(phantom_services, ALL, plan)
-    soft, centre, limits = found.fixtures
+    soft, centre, limits, tube = found.fixtures
     assert isinstance(soft, SoftRegion)
     assert isinstance(centre, RemoteCentre)
     assert isinstance(limits, CartesianLimits)
+    assert isinstance(tube, PathTube)
+    assert tube.words == "the tube of 2 mm about the path"
     assert found.centre is centre
     tissue = phantom_services.distance_fields.of_plan(plan).tissue
     assert tissue is not None
@@ -51,7 +53,8 @@ def test_each_option_is_a_fixture_of_the_plan(phantom_services: Services) -> Non
     assert soft.field.at(places)[known < 10.0] == pytest.approx(known[known < 10.0], abs=0.006)
     entry, deep = places[0], places[-1]
     assert (soft.allowed_mm(entry), soft.allowed_mm(deep)) == (NOSTRIL_DEPTH_MM, MAX_DEPTH_MM)
-    words = "soft tissue at most 5 mm deep, 8 mm at the nostril, the remote centre at 7.0 mm and speed limits"
+    words = "soft tissue at most 5 mm deep, 8 mm at the nostril, the remote centre at 7.0 mm, speed limits"
+    words += " and the tube of 2 mm"
     assert found.words == words
     assert stands(phantom_services, NO_OPTIONS, plan) == Standing()
 
@@ -298,6 +301,12 @@ def test_an_option_comes_into_force_with_a_reset_and_the_page_says_so(phantom_se
     assert section["centre"] is not None
     assert (section["centre"]["chosen"], section["centre"]["at_mm"]) == ("mm", 12.0)
     assert [layer.name for layer in tab.layers()].count("rehearse.centre") == 1
+    tab.handle(wish.model_copy(update={"remote_centre": False, "tube_mm": 1.5}))
+    section = sections_of(tab)["options"]
+    assert [item["name"] for item in section["items"] if item["on"]] == ["tube_mm"]
+    assert section["tube"] == {"radius_mm": 1.5, "lo": 0.5, "hi": 10.0, "step": 0.1}
+    assert [layer.name for layer in tab.layers()] == ["rehearse.tube"]
+    tab.handle(wish)
     tab.handle(c.DriveCommand(type="rehearsal.reset"))
     assert (drive.state, drive.is_for(plan_key(plan))) == ("starting", True)  # it is placed anew, with the fixture
 

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from plan_editor import PlanEditor
-from session_doubles import CLIENT, SAMPLE, Heard, Robot, fail, put_in_place, sections_of, workspace_of
+from session_doubles import CLIENT, SAMPLE, Heard, Robot, fail, put_in_place, sections_of, send, workspace_of
 
 from app.cases.model import Case
+from app.drives.commands import DeflectRate
 from app.drives.drive_record import DriveRecord
 from app.drives.shared_drives import SharedDrives
 from app.messages.client import Client
+from app.messages.fields import ClientMessage
 from app.plans.instruments import plan_tool
 from app.plans.operations.document import LockPlan
 from app.plans.operations.points import DeletePoint, RenamePoint
@@ -25,8 +28,9 @@ from app.tabs.rehearse import commands as c
 from app.tabs.rehearse.drive_session import RehearsalDrive
 from app.tabs.rehearse.preparation import plan_key, prepare
 from app.tabs.rehearse.tab import RehearseTab
-from vfix_engine.errors import ControlError
+from vfix_engine.errors import ControlError, PlanError, VfixError
 from vfix_engine.runtime.requests import SetTask
+from vfix_engine.worlds.rigid.requests import ApproachPoint
 
 OTHER = Client("tab-two-0", "holds")
 
@@ -157,6 +161,65 @@ def test_start_while_the_robot_is_being_placed_is_not_forgotten(rehearsing: tupl
     robot = _in_place(tab, plan)
     tab.tick()
     assert robot.told == ["run"]
+
+
+def test_the_tip_goes_to_a_chosen_place_of_the_driven_path(rehearsing: tuple[RehearseTab, Plan]) -> None:
+    """Li 2004, V; a path point of what is driven, or a number of mm along it."""
+    tab, plan = rehearsing
+    _in_place(tab, plan)
+    drive = tab.need_drive()
+    drive.lease.take(CLIENT)
+    offered = sections_of(tab)["approach"]
+    second = offered["points"][1]
+    assert (second["id"], second["label"], second["at_mm"]) == (plan.content.points[1].id, "2: nostril", 10.7)
+    assert (offered["length_mm"], offered["refusal"]) == (90.0, "")
+    send(tab, "rehearsal.approach", point=second["id"])
+    asked = tab.read().requested
+    assert isinstance(asked, ApproachPoint)
+    assert asked.at_mm == pytest.approx(10.7, abs=0.05)
+    send(tab, "rehearsal.approach", at_mm=90.0)
+    assert tab.read().requested == ApproachPoint(90.0)
+    for wrong, why in (({"at_mm": 90.6}, "ends at 90.1 mm"), ({"point": "gone"}, "not part of this rehearsal")):
+        with pytest.raises(VfixError, match=why):
+            send(tab, "rehearsal.approach", **wrong)
+    assert tab.read().requested == ApproachPoint(90.0)
+
+
+def test_what_is_asked_of_a_robot_that_is_not_there_is_refused(rehearsing: tuple[RehearseTab, Plan]) -> None:
+    """No 'ok' for a change that is lost."""
+    tab, plan = rehearsing
+    tab.enter()
+    assert tab.read().shown_state == "starting"
+    for kind, fields in (
+        ("rehearsal.settings", {"values": {"margin_mm": 0.5}}),
+        ("rehearsal.mode", {"mode": "free"}),
+        ("rehearsal.approach", {"at_mm": 3.0}),
+    ):
+        with pytest.raises(ControlError, match="Press Start, and wait"):
+            send(tab, kind, **fields)
+    assert sections_of(tab)["approach"] is None
+    _in_place(tab, plan)
+    tab.need_drive()._prepared = replace(tab.need_drive()._prepared, items=())  # type: ignore[type-var]
+    with pytest.raises(PlanError, match="no target"):
+        send(tab, "rehearsal.mode", mode="inspect")
+
+
+def test_a_hand_without_the_handle_is_told_so_where_it_asks_for_a_reply(rehearsing: tuple[RehearseTab, Plan]) -> None:
+    tab, plan = rehearsing
+    robot, drive = _in_place(tab, plan), tab.need_drive()
+    drive.lease.take(OTHER)
+    hand: tuple[ClientMessage, ...] = (
+        c.Push(type="drive", direction=1),
+        c.HoldCommand(type="heartbeat"),
+        c.HoldCommand(type="rehearsal.take"),
+        DeflectRate(type="rate", axes=(1, 0, 0, 0, 0, 0)),
+    )
+    for command in hand:
+        with pytest.raises(ControlError, match="only the window that holds the handle"):
+            tab.handle_now(command)
+    for kind in ("grip.release", "rehearsal.let_go"):
+        tab.handle_now(c.HoldCommand(type=kind))  # type: ignore[arg-type]
+    assert (robot.told, drive.lease.held_by(OTHER)) == ([], True)
 
 
 @pytest.mark.parametrize("name", ["start", "reset", "end"])

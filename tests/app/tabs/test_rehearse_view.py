@@ -136,6 +136,9 @@ def test_the_hint_of_a_paused_rehearsal_does_not_speak_of_the_entry() -> None:
     hint = rehearse_hint(5, "paused", True, False, "path", "", 1, False)
     assert "Continue" in hint
     assert "stands at the entry" not in hint
+    watched = rehearse_hint(5, "running", False, False, "path", "", 1, False, certified=False)
+    assert watched == "You watch a free hand. Pause stops the tool."
+    assert "straight to the path" in rehearse_hint(5, "running", True, False, "path", "approach", 1, False)
     assert "You are watching" in rehearse_hint(5, "running", False, False, "path", "", 1, False)
     assert "Nobody holds" in rehearse_hint(5, "paused", False, True, "path", "", 1, False)
     assert "plan has changed" in rehearse_hint(5, "paused", True, False, "path", "", 1, True)

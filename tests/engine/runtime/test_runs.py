@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -158,6 +159,16 @@ def test_a_run_that_was_changed_after_its_end_is_refused(tmp_path: Path, name: s
     whole = file.read_bytes()
     file.write_bytes(b"{" + whole[len(whole) // 2 :])
     with pytest.raises(InputError, match=r"damaged|not a run"):
+        Run.read(tmp_path / "one.run")
+
+
+@pytest.mark.parametrize("name", ["ticks.f64", "events.jsonl", "end.json", "spec.npz", "manifest.json", "sideways.f64"])
+def test_a_named_pipe_is_refused_and_not_waited_for(tmp_path: Path, name: str) -> None:
+    drive(tmp_path / "one.run", close=True)
+    file = tmp_path / "one.run" / name
+    file.unlink(missing_ok=True)
+    os.mkfifo(file)
+    with pytest.raises(InputError, match=f"{name} is no ordinary file"):
         Run.read(tmp_path / "one.run")
 
 

@@ -31,8 +31,13 @@ def hands() -> Trial:
 
 
 @pytest.fixture(scope="module")
-def small() -> dict[str, Any]:
-    return li2007.run(SMALL)
+def recorded() -> dict[TrialKey, Recorded]:
+    return li2007.recorded_trials(SMALL)
+
+
+@pytest.fixture(scope="module")
+def small(recorded: dict[TrialKey, Recorded]) -> dict[str, Any]:
+    return li2007.evaluated(recorded, SMALL)
 
 
 def test_distances_to_the_reference_curve_are_those_of_a_fine_search() -> None:
@@ -103,7 +108,7 @@ def test_it_has_every_printed_cell_once_and_the_variant(small: dict[str, Any]) -
 
 
 def test_no_figure_of_the_papers_but_the_fitted_ones_is_in_ours(
-    small: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+    small: dict[str, Any], recorded: dict[TrialKey, Recorded], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Every other one is changed by a fifth, and no bit of ours changes."""
 
@@ -114,7 +119,7 @@ def test_no_figure_of_the_papers_but_the_fitted_ones_is_in_ours(
 
     monkeypatch.setattr(li2007, "LI_2007", changed(paper_figures.LI_2007))
     monkeypatch.setattr(li2004, "LI_2004", changed(paper_figures.LI_2004))
-    again = li2007.run(SMALL)
+    again = li2007.evaluated(recorded, SMALL)
     assert [cell["ours"] for cell in again["cells"]] == [cell["ours"] for cell in small["cells"]]
     assert again["pairs"] == small["pairs"]
     assert [cell["paper"] for cell in again["cells"]] != [cell["paper"] for cell in small["cells"]]

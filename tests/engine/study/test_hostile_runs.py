@@ -102,7 +102,7 @@ def test_a_closed_run_is_refused_with_another_file_of_it(driven: Path, tmp_path:
         assert Run.read(folder).whole
         data = (folder / name).read_bytes()
         (folder / name).write_bytes(2 * data if name == "events.jsonl" else data + b"more")
-    with pytest.raises(InputError, match=f"{name} is not what was recorded|not a run"):
+    with pytest.raises(InputError, match=f"{name} has changed since it was recorded|not a run"):
         Run.read(folder)
     end = json.loads((folder / "end.json").read_text())
     (folder / "end.json").write_text(json.dumps({key: end[key] for key in ("ticks", "sha256", "lost")}))

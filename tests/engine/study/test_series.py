@@ -98,7 +98,7 @@ def test_series_are_what_was_seen(driven: tuple[Run, list[Any]], by_hand: tuple[
         series, since = series_of(run), seen[40:] if run is driven[0] else seen
         assert len(series.t) == len(since)
         assert series.t[-1] == pytest.approx(score_run(run).time_s)
-        for name in ("tip", "grip", "force"):
+        for name in ("tip", "grip", "force", "side"):
             np.testing.assert_allclose(getattr(series, name), [getattr(one, name) for one in since], atol=1e-9)
         np.testing.assert_allclose(series.start, [one.segments_start for one in since], atol=1e-9)
         np.testing.assert_allclose(series.end, [one.segments_end for one in since], atol=1e-9)

@@ -50,7 +50,12 @@ def run(options: Options) -> dict[str, Any]:
     Raises:
         ControlError: a trial could not be run.
     """
-    fitted, recorded = Fitted.stored(), _record(options)
+    return evaluated(recorded_trials(options), options)
+
+
+def evaluated(recorded: Mapping[TrialKey, Recorded], options: Options) -> dict[str, Any]:
+    """The report on recorded trials."""
+    fitted = Fitted.stored()
     sizes = fitted.sizes
     found = _tables(recorded, options, functools.partial(figures_of, sizes=sizes, laboratory=options.seed))
     hands = [one.trial for key, one in recorded.items() if key.mode == "hands-on"]
@@ -83,7 +88,8 @@ def keys(seed: int, subjects: int, trials: int, modes: Sequence[Mode] = MODES) -
     return [TrialKey(seed, *one) for one in itertools.product(range(subjects), range(trials), modes)]
 
 
-def _record(options: Options) -> dict[TrialKey, Recorded]:
+def recorded_trials(options: Options) -> dict[TrialKey, Recorded]:
+    """Run the trials of the study's own laboratory, with those of target inspection."""
     wanted = keys(options.seed, options.subjects, options.trials)
     wanted += [TrialKey(options.seed, 0, look, "inspection") for look in range(options.looks)]
     done = itertools.count(1)

@@ -20,7 +20,7 @@ from ...worlds.rigid.recorded_settings import driven_s, settings_of
 from ...worlds.rigid.row import OUTCOMES, PHASES
 
 _AXES = "xyz"
-_COMPENSATED = [PHASES.index(name) for name in ("approach", "follow", "done")]
+_COMPENSATED = [PHASES.index(name) for name in ("approach", "follow", "done", "inspect_approach", "inspect_hold")]
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +67,8 @@ class Samples:
 
     @property
     def view_point(self) -> Array:
-        """(n, 3) the point that inspection holds on its target."""
-        return self.view_point_of(self.tip, self.rotation)
+        """(n, 3) the point that inspection holds on its target, as the controller believes it to be."""
+        return self.view_point_of(self.believed, self.rotation)
 
     def view_point_of(self, tip: Array, rotation: Array) -> Array:
         """The same of a tool with other tips (n, 3) and rotations (n, 3, 3)."""
@@ -136,7 +136,7 @@ def _check_rows(rows: Array, at: dict[str, int], targets: int) -> None:
 
 
 def _deflection(run: Run, settings: list[ControlSettings], force: Array, phase: IndexArray) -> Array:
-    """(n, 3) deflection that the controller compensated: on the path's task, under a hand on the robot."""
+    """(n, 3) deflection that the controller compensated: on the path's task or a target, under a hand on the robot."""
     first = len(run.ticks) - len(force)
     compliance = np.array([one.compliance_mm_per_n for one in settings])
     under = hand_on_robot(run)[first:] & np.isin(phase, _COMPENSATED)

@@ -65,7 +65,7 @@ class RigidSnapshot(ToolOfSnapshot, of_any_world.Snapshot):
     held: the hand pushes and the tool does not move; slowed: it moves less than commanded; reason says why, in words.
     active: in words, every constraint that acts on the step, strongest first, also where it costs no motion.
     clearance_mm: of the whole tool, exact up to threshold_mm.
-    target_error_mm: |P_v − P_t|, NaN outside inspection.
+    target_error_mm: |P_v − P_t|, of the deflected point, NaN outside inspection.
     deflection: (3,) in mm of the tip under the hand, which is compensated; tip_error_mm is of the deflected tip.
     emergencies: steps so far that had to exceed a joint's acceleration limit.
     teleoperated: a master or a rate device drives; ``reflection`` is the force on a master then, no more than the
@@ -107,7 +107,8 @@ def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> R
     error, progress, length = _on_path(scene, state)
     target_error = float("nan")
     if state.mode == "inspect":
-        target_error = float(np.linalg.norm(centre - scene.targets[state.target]))
+        believed = centre + state.deflection
+        target_error = float(np.linalg.norm(believed - scene.targets[state.target]))
     report = None if last is None else last.report
     active = () if report is None else report.active_constraints()
     held = report is not None and report.held

@@ -35,7 +35,8 @@ class RehearsalState:
 
     nearest: point of the path nearest to the tip while it follows the path; in other modes the last one.
     emergencies: steps so far that exceeded an acceleration limit; lag: (3,) in mm that the tool is behind its master.
-    deflection: (3,) in mm of the tip under a hand on the robot, compensated: ``nearest`` is of the deflected tip.
+    deflection: (3,) in mm of the tip under a hand on the robot, compensated: ``nearest`` is of the deflected tip, and a
+        target is inspected by the deflected view point.
     chosen: the path's point that is approached first, until the tip is there; None: none was chosen.
     fallbacks: steps so far in which the papers' demand of progress (14) had no solution.
     clock: of the driven time, which goes on where the period changes.

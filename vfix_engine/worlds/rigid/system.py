@@ -36,6 +36,7 @@ FORCE_LIMIT_N = 1e6  # only keeps the arithmetic finite; the force cap is a sett
 LEAVE_PATH_MM = 0.5  # a tip further off than this is brought back by an approach
 ON_PATH_MM = 0.02  # the approach ends here
 END_MM = 0.02  # remaining arc length that counts as arrived
+AIM_SHARE = 0.5  # of ε_t, by which a step of inspection follows a hand that bends the robot
 ON_TARGET_SHARE = 0.5  # of ε_t, where inspection takes over from its approach
 SEARCH_WINDOW_MM = 5.0  # closest point is searched this far along the path, never on another branch
 STILL = 1e-9  # joint speed in mm/s and rad/s that counts as rest
@@ -231,7 +232,8 @@ class RigidSystem:
         if state.mode == "path":
             done = self._path_step(controller, state, force, drive, reach, master is None and not command.rate)
         elif state.mode == "inspect":
-            done = self._inspect_step(controller, state, force, drive, twist, reach, turns)
+            on_robot = master is None and not command.rate
+            done = self._inspect_step(controller, state, force, drive, twist, reach, turns, on_robot)
         else:
             # Li 2007, section V.F: the master moves the tip; on the grip a force turns the tool as well.
             turning = force if master is None and not command.rate else NO_FORCE
@@ -327,27 +329,57 @@ class RigidSystem:
         twist: float,
         reach: float,
         turns: Array,
+        on_robot: bool,
     ) -> _Stepped:
+        """on_robot: as in ``_path_step``."""
         settings, number = state.settings, state.target
         cap, tolerance, push = settings.force_cap_n, settings.target_tolerance_mm, np.array(force)
         turn = twist * cap * self.scene.tool.grip_from_bend
         off, lever, torque = torque_about_view(
             *controller.context.kernel_sizes, state.tool.numbers, force, turn, self._goals[number]
         )
+        goal, bent, inspection, approach = (
+            self._goals[number],
+            ZEROS,
+            self._inspections[number],
+            self._approaches[number],
+        )
+        if on_robot and settings.compliance_mm_per_n:
+            # The bent robot's point is held on the target, so the unbent one's is held beside it by −C f.
+            bent = settings.compliance_mm_per_n * push
+            goal = self._aim(state, bent)
+            off = norm(minus(triple(view_point(state.tool, self.scene.tool, settings.view_distance_mm)), goal))
+            inspection, approach = InspectTarget(np.array(goal)), ApproachTarget(np.array(goal))
         if off <= (tolerance if state.phase == "inspect_hold" else ON_TARGET_SHARE * tolerance):
             about_view = np.array(torque) if turns is ZEROS else np.array(torque) + turns
             hand = HandCommand(push, about_view, reach / lever)
-            report = controller.step(state.tool, self._inspections[number], hand)
-            return _Stepped(report, "inspect_hold", state.nearest, push, hand.torque)
+            report = controller.step(state.tool, inspection, hand)
+            return _Stepped(report, "inspect_hold", state.nearest, push, hand.torque, deflection=bent)
         pull = push
         if drive > 0:
             centre = view_point(state.tool, self.scene.tool, settings.view_distance_mm)
-            towards = triple(self.scene.targets[number] - centre)
+            towards = minus(goal, triple(centre))
             size = norm(towards)
             towards = over(towards, size) if size > 0.0 else towards
             pull = np.array(saturate(plus(force, times(drive * cap, towards)), cap))
-        report = controller.step(state.tool, self._approaches[number], HandCommand(pull, ZEROS, reach))
-        return _Stepped(report, "inspect_approach", state.nearest, push)
+        report = controller.step(state.tool, approach, HandCommand(pull, ZEROS, reach))
+        return _Stepped(report, "inspect_approach", state.nearest, push, deflection=bent)
+
+    def _aim(self, state: RehearsalState, bent: Array) -> Triple:
+        """Where the unbent robot's virtual point belongs: beside the target by the deflection (3,) in mm.
+
+        On the target it goes there by a share of ε_t a step, so that it never leaves the polyhedron of (22)-(23) that
+        moves with it; from farther away than a change of the force explains, the approach brings it back.
+        """
+        settings = state.settings
+        goal = self.scene.targets[state.target] - bent
+        centre = view_point(state.tool, self.scene.tool, settings.view_distance_mm)
+        away, most = goal - centre, AIM_SHARE * settings.target_tolerance_mm
+        far = length(away)
+        follows = most < far <= 2.0 * settings.deflection_mm + settings.target_tolerance_mm
+        if state.phase == "inspect_hold" and follows:
+            return triple(centre + (most / far) * away)
+        return triple(goal)
 
     def _moved(self, state: RehearsalState, done: _Stepped) -> Array:
         """Displacement (3,) in mm of the point that follows a master: tip, virtual point, or on a target the grip."""

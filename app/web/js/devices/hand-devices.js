@@ -36,7 +36,7 @@ export class HandDevices extends EventTarget {
     this.drives = false; // and its robot runs
     this.asked = false; // for the next frame
     for (const source of [this.gamepad, this.spaceMouse]) source.addEventListener("change", () => this.changed());
-    window.addEventListener(LET_GO, () => this.channel.letGo());
+    window.addEventListener(LET_GO, () => this.letGo());
     this.choose(/** @type {DeviceKind} */ (recall("device", DEVICES, "mouse")));
   }
 
@@ -75,6 +75,11 @@ export class HandDevices extends EventTarget {
     this.watched = watched;
     this.drives = drives;
     this.ask();
+  }
+
+  /** What is held is let go of, and has to come to rest before it drives again. */
+  letGo() {
+    this.channel.letGo();
   }
 
   /** One came or went: at once, whenever the next frame is. */

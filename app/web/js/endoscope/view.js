@@ -4,6 +4,7 @@ import { h, icon, whenChanged } from "../dom.js";
 import { pacing } from "../frame-pacing.js";
 import { LAID_OUT } from "../layout.js";
 import { NearnessGauge } from "../nearness.js";
+import { replay } from "../replay.js";
 import { saveBlob } from "../rest.js";
 import { say } from "../said.js";
 import { length, minus } from "../slices/vectors.js";
@@ -67,6 +68,8 @@ export class EndoscopeView {
     this.pose = null;
     /** @type {ScopePose | null} the newest of the drive */
     this.driven = null;
+    /** @type {string | undefined} key of the run that is replayed */
+    this.run = undefined;
     this.movedAt = -Infinity;
     this.wished = false; // a frame is asked for
     this.lost = false; // what the graphics card held
@@ -79,6 +82,7 @@ export class EndoscopeView {
     root.replaceChildren(this.canvas, this.cues.vignette, this.arc.element, this.tools.element, this.swapButton, this.nearness.element, h("p", { class: "scope-foot" }, this.source, this.channelWords), this.surface.element);
     this.canvas.addEventListener("webglcontextlost", (event) => this.lose(event));
     this.canvas.addEventListener("webglcontextrestored", () => this.recover());
+    replay.addEventListener("change", () => this.played());
     window.addEventListener(LAID_OUT, (event) => this.laidOut(/** @type {CustomEvent<string>} */ (event).detail));
     new ResizeObserver(() => this.schedule()).observe(this.canvas);
   }
@@ -94,9 +98,9 @@ export class EndoscopeView {
 
   /** @param {ViewModel} state */
   update(state) {
-    const { plan, rehearsal, curve, driven } = state;
-    const live = this.visible && LIVE.includes(rehearsal?.state ?? "");
-    const scope = scopeOf(state);
+    const { plan, rehearsal, curve, driven, step } = state;
+    const live = this.visible && step?.input === "drive" && LIVE.includes(rehearsal?.state ?? "");
+    const scope = scopeOf(state, replay.tools[0]?.plan);
     this.channel.follow(live && scope.poses ? scope.poses : null);
     this.hand.follow(state, scope.hand && this.visible);
     this.tools.element.hidden = scope.hand;
@@ -115,8 +119,17 @@ export class EndoscopeView {
       this.renderer?.overlay.set(places, targets);
       this.schedule();
     });
-    if (!this.driven) this.show(this.plannedPose(state));
-    say(this.source, this.driven ? "" : this.pose ? "Planned, not driven" : "");
+    const replayed = replayedPose();
+    if (!this.driven) this.show(replayed ?? this.plannedPose(state));
+    say(this.source, this.driven ? "" : replayed ? "Replayed" : this.pose ? "Planned, not driven" : "");
+  }
+
+  /** Another moment of a run; only another run needs anything but its pose. */
+  played() {
+    const run = replay.tools[0]?.key, pose = replayedPose();
+    if (run === this.run && pose && this.visible && !this.driven) this.show(pose);
+    else this.update(this.connection.state);
+    this.run = run;
   }
 
   /**
@@ -124,7 +137,7 @@ export class EndoscopeView {
    * @param {ViewModel} state
    */
   prepare(state) {
-    const { words, surface, key, look } = scopeOf(state);
+    const { words, surface, key, look } = scopeOf(state, replay.tools[0]?.plan);
     if (this.lost) this.surface.drop(DROPPED);
     else if (words) this.surface.drop(words);
     else if (this.start(LOOKS[look])) {
@@ -196,7 +209,7 @@ export class EndoscopeView {
    * @returns {ScopePose | null}
    */
   plannedPose(state) {
-    const { pose, hand } = scopeOf(state);
+    const { pose, hand } = scopeOf(state, replay.tools[0]?.plan);
     if (hand) return pose;
     const { corridor, curve } = state;
     const s = corridor?.shown_mm ?? 0;
@@ -283,6 +296,12 @@ export class EndoscopeView {
       note(/** @type {Error} */ (error).message, { error: true });
     }
   }
+}
+
+/** @returns {ScopePose | null} of the run that is replayed */
+function replayedPose() {
+  const [tool] = replay.tools, [part] = tool?.segments ?? [];
+  return part ? { tip: part[1], shaft: minus(part[1], part[0]), side: tool.side } : null;
 }
 
 /**

@@ -5,6 +5,7 @@ import { NearPatch } from "./near-patch.js";
 import { ReplayedTools } from "./replayed-tools.js";
 import { ClearSurfaces, PathThroughBone } from "./see-through.js";
 import { SweptVolumes } from "./swept-volumes.js";
+import { ToolWindow } from "./tool-window.js";
 import { Turning } from "./turning.js";
 
 /** @import { Replay } from "../replay.js" */
@@ -35,6 +36,7 @@ export class SceneLayer {
     this.replayed = new ReplayedTools(hooks);
     this.swept = new SweptVolumes(hooks);
     this.near = new NearPatch(hooks, this.surfaces);
+    this.window = new ToolWindow(hooks, this.surfaces);
     hooks.redraw();
   }
 

@@ -78,13 +78,15 @@ export class ClearSurfaces {
   constructor(hooks) {
     this.hooks = hooks;
     this.skinColour = ""; // as '#rrggbb'
+    /** @type {{ bone: Three, skin: Three }} in the frame that is drawn */
+    this.now = { bone: null, skin: null };
     this.bone = new ClearSurface(LAST - 1);
     this.skin = new ClearSurface(LAST + 2, clearerInFront); // over bone and path
     hooks.watchers.add(() => this.follow());
   }
 
   follow() {
-    const { bone, skin } = this.found();
+    const { bone, skin } = this.now = this.found();
     this.bone.follow(bone);
     this.skin.follow(skin);
   }
