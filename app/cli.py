@@ -45,6 +45,7 @@ VERBS = (
     CliVerb("replay", "app.commands.replay", "drive a recorded run again, step by step"),
     CliVerb("score", "app.commands.score", "score recorded runs"),
     CliVerb("report", "app.commands.report", "write a report on recorded runs"),
+    CliVerb("route", "app.commands.route", "list, make and edit routes through a lumen", needs_app=True),
     CliVerb("assignment", "app.commands.assignment", "check assignments, and print their results", needs_app=True),
     CliVerb("study", "app.commands.study", "run a paper's experiment with simulated people"),
     CliVerb("lumen", "app.commands.lumen", "drive a snake robot through a lumen"),

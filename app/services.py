@@ -35,6 +35,8 @@ class Services:
         from app.cases.segments import CaseStructures
         from app.cases.service import CaseService
         from app.kit.jobs import Jobs
+        from app.lumen.service import RouteService
+        from app.lumen.shipped_colon import ensure_colon_phantom
         from app.plans.service import PlanService
         from app.plans.shipped_head import ensure_head_phantom
         from app.store import Store
@@ -48,6 +50,8 @@ class Services:
         self.versions = self.plans.versions
         self.instruments = self.plans.instruments
         self.jobs = Jobs()
+        self.lumen_routes = RouteService(self.store, self.cases, self.jobs)
+        ensure_colon_phantom(self.store, self.cases, self.lumen_routes)
         self.tracker = _tracker(settings)
 
     def _add_images(self) -> None:
@@ -58,6 +62,7 @@ class Services:
         from app.imaging.importing import ImportService
         from app.imaging.island_previews import IslandPreviews
         from app.imaging.labels import PaintedLabels
+        from app.imaging.lumen_endoscope import LumenEndoscope
         from app.imaging.openings import Openings
         from app.imaging.segmenting import Segmenting
         from app.imaging.skins import Skins
@@ -71,7 +76,9 @@ class Services:
         self.skins = Skins(store, cases, jobs)
         self.openings = Openings(store, cases, jobs)
         self.endoscope = EndoscopeSurfaces(store, cases, jobs)
-        self.purge = Purge(store, self.skins.forget, self.openings.forget, self.endoscope.forget)
+        self.lumen_endoscope = LumenEndoscope(cases, jobs)
+        forget = self.skins.forget, self.openings.forget, self.endoscope.forget, self.lumen_endoscope.forget
+        self.purge = Purge(store, *forget)
 
     def _add_registrations(self) -> None:
         from app.documents.documents import Documents

@@ -138,8 +138,10 @@ def fields_of(record: type) -> "dict[str, tuple[Any, bool]]":
     """Return the type of every field of a TypedDict or model by its JSON name, and whether it is required."""
     hints = typing.get_type_hints(record, include_extras=True)
     if typing.is_typeddict(record):
-        always = record.__required_keys__
-        return {name: (_bare(hints[name]), name in always) for name in hints}
+        always = record.__required_keys__  # which do not know NotRequired in annotations that are text
+        return {
+            name: (_bare(kind), name in always and get_origin(kind) is not NotRequired) for name, kind in hints.items()
+        }
     if is_dataclass(record):
         return {name: (hints[name], True) for name in record.__dataclass_fields__}
     # A received model has every field; a sent one may omit fields with defaults.
@@ -176,20 +178,39 @@ def command_fields() -> "dict[str, dict[str, tuple[Any, bool]]]":
     return dict(sorted(found.items()))
 
 
+def widest(name: str, kinds: "list[Any]") -> Any:
+    """Return the one of several types of a section that has all fields of the others, its own ones optional.
+
+    Raises TypeError if there is none.
+    """
+    for kind in kinds:
+        if all(other == kind or (typing.is_typeddict(other) and extends(kind, other)) for other in kinds):
+            return kind
+    raise TypeError(f"the section {name} is published as {' and as '.join(sorted({str(kind) for kind in kinds}))}.")
+
+
+def extends(kind: Any, other: type) -> bool:
+    """Whether a TypedDict has every field of another one, and beside these only optional ones."""
+    if not typing.is_typeddict(kind):
+        return False
+    own, needed = fields_of(kind), fields_of(other)
+    return all(own.get(field) == value for field, value in needed.items()) and not any(
+        always for field, (_, always) in own.items() if field not in needed
+    )
+
+
 def declarations() -> str:
     """Return the whole file."""
     made = Declarations()
-    state: dict[str, list[str]] = {}
+    state: dict[str, list[Any]] = {}
     groups = (SessionSections, CaseSections, *(spec.sections for spec in specs() if spec.sections is not None))
     for group in groups:
         for name, (kind, _) in fields_of(group).items():
-            state.setdefault(name, []).append(made.of(kind))
-    for name, kinds in state.items():
-        if len(set(kinds)) > 1:
-            raise TypeError(f"the section {name} is published as {' and as '.join(sorted(set(kinds)))}.")
+            state.setdefault(name, []).append(kind)
+    sections_by_name = {name: made.of(widest(name, kinds)) for name, kinds in state.items()}
     for record in (*MESSAGES, *REST_MODELS):
         made.of(record)
-    view = "".join(f"  {name}?: {kinds[0]};\n" for name, kinds in sorted(state.items()))
+    view = "".join(f"  {name}?: {kind};\n" for name, kind in sorted(sections_by_name.items()))
     sent = "".join(f'  "{kind}": {made.body(fields, "    ")};\n' for kind, fields in command_fields().items())
     answers = "".join(f'  "{name}": {made.of(record)};\n' for name, record in ANSWERS.items())
     parts = [

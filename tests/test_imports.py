@@ -58,6 +58,7 @@ APP_ROOMS = {
     "documents": 3,
     "operations": 4,
     "imaging": 5,
+    "lumen": 5,
     "plans": 5,
     "registration": 6,
     "live": 7,

@@ -67,6 +67,13 @@ class BeadPublic(BaseModel):
     position: Triple
 
 
+class LandmarkPublic(BaseModel):
+    """A named place of the anatomy, LPS mm."""
+
+    name: str
+    position: Triple
+
+
 class ProvenancePublic(BaseModel):
     """Source of a structure's surface; threshold_hu: isovalue in a CT.
 
@@ -132,6 +139,7 @@ class CasePublic(BaseModel):
     overlays: list[OverlayPublic]
     has_volume: bool
     beads: list[BeadPublic]
+    landmarks: list[LandmarkPublic]
     notes: list[str]
     unreadable: Annotated[str, Field(description="in a list: why the content cannot be read; '' where it can")]
 

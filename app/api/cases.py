@@ -1,6 +1,6 @@
 """Cases: list, import, show, rename, delete and restore."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, cast, get_args
 
 from fastapi import APIRouter, Query, Request
 from starlette.concurrency import run_in_threadpool
@@ -10,15 +10,18 @@ from app.api.case_models import CasePublic, CaseUpdate
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.jobs import JobPublic
 from app.api.uploads import MAX_FILES, USE_DESCRIPTION, form_of, receive
+from app.cases.structures import CaseKind
 from app.exchange.archive import is_archive
 from app.imaging.importing import ImportRequest
+from vfix_engine.errors import InputError
 
 router = APIRouter(prefix="/cases", tags=["cases"], responses=ERRORS)
 
 MAX_CASE_BYTES = 2 << 30  # [byte] of a case's file (HAZ-30)
+KIND = "'lumen' for a surface that is its wall; else a head"
 _FORM = form_of(
     {"file": "CT volume or bone surface", "names": "names of a segmentation"},
-    {"name": "of the case; else its kind, a number and the time", "use_description": USE_DESCRIPTION},
+    {"name": "of the case; else its kind, a number and the time", "use_description": USE_DESCRIPTION, "kind": KIND},
 )
 
 
@@ -37,7 +40,7 @@ async def import_case(request: Request, services: ServicesDep) -> JobPublic:
     kept: `POST /api/v1/jobs/{job_id}/answer` imports it without another upload. An archive of a case is imported as
     such.
     """
-    fields = ("name", "use_description", "frame", "units")
+    fields = ("name", "use_description", "kind", "frame", "units")
     limits: dict[str, Any] = {"max_files": MAX_FILES, "beside": ("names",)}
     upload = await receive(request, services.store.scratch, MAX_CASE_BYTES, fields, **limits)
     if await run_in_threadpool(is_archive, upload.path):
@@ -47,11 +50,20 @@ async def import_case(request: Request, services: ServicesDep) -> JobPublic:
         upload.path,
         name=told.get("name"),
         use_description=upload.uses_description,
+        kind=_kind(told.get("kind")),
         names=names,
         frame=told.get("frame"),
         unit=told.get("units"),
     )
     return JobPublic.of(services.import_jobs.start(wanted, upload.remove))
+
+
+def _kind(told: str | None) -> CaseKind:
+    """Raises InputError for another word."""
+    for kind in get_args(CaseKind):
+        if told in (None, kind):
+            return cast(CaseKind, kind)
+    raise InputError(f"a case is of the kind {' or '.join(get_args(CaseKind))}.")
 
 
 @router.get("/{case_id}")

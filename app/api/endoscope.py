@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Header, Response
 
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.jobs import JobPublic
 from app.imaging.endoscope import EndoscopeSurface
+from app.imaging.endoscope_file import EndoscopeFile
 from app.kit.errors import NotFound
 from app.planning.bone_removal import removal_solids
 from app.plans.model import NOTICE
+
+FILE_RESPONSES: dict[int | str, dict[str, Any]] = {
+    200: {
+        "content": {"application/octet-stream": {}},
+        "description": "mesh with normals, colours and clusters, little-endian; docs/formats.md describes it",
+    },
+    304: {"description": "the file that If-None-Match names is still the present one"},
+}
 
 router = APIRouter(prefix="/plans/{plan_id}/endoscope", tags=["pictures"], responses=ERRORS)
 
@@ -25,13 +34,7 @@ def make_endoscope(plan_id: Identifier, services: ServicesDep) -> JobPublic:
 @router.get(
     "",
     response_class=Response,
-    responses={
-        200: {
-            "content": {"application/octet-stream": {}},
-            "description": "mesh with normals, colours and clusters, little-endian; docs/formats.md describes it",
-        },
-        304: {"description": "the file that If-None-Match names is still that of the plan"},
-    },
+    responses=FILE_RESPONSES,
 )
 def endoscope(
     plan_id: Identifier,
@@ -42,6 +45,11 @@ def endoscope(
     file = _surface(plan_id, services).known(services.cases.get(services.plans.get(plan_id).case_id))
     if file is None:
         raise NotFound("what an endoscope sees of this plan is not made yet; POST makes it.")
+    return file_response(file, if_none_match)
+
+
+def file_response(file: EndoscopeFile, if_none_match: str | None) -> Response:
+    """The file, unless the client has it."""
     headers = {
         "ETag": f'"{file.revision}"',
         "X-Notice": NOTICE,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import fields
 from typing import Any
@@ -14,6 +15,7 @@ from app.kit.errors import TooLarge
 from app.store import FileStore
 from app.store.errors import StorageError
 from vfix_engine.anatomy.bone import SurfaceReport
+from vfix_engine.anatomy.lumen.colon_case import colon_case
 from vfix_engine.anatomy.phantom import load_head_ct, load_nose_ct
 from vfix_engine.errors import InputError
 from vfix_engine.files.mesh_files import read_mesh
@@ -24,6 +26,14 @@ from vfix_engine.resources import assets_dir
 ASSET, STORED = "asset:", "sha256:"
 # The phantom's CT is shipped without noise, which its loader adds.
 PHANTOM_CT: dict[str, Callable[[], Volume]] = {"phantom:head": load_head_ct, "phantom:nose": load_nose_ct}
+
+
+@functools.cache
+def _colon() -> TriangleMesh:
+    return colon_case().mesh
+
+
+PHANTOM_SURFACES: dict[str, Callable[[], TriangleMesh]] = {"phantom:colon": _colon}  # made when they are first read
 
 
 class CaseFiles:
@@ -46,6 +56,8 @@ class CaseFiles:
         """Read a surface. Raises StorageError when its file is gone or damaged."""
         if source.startswith(ASSET):
             return read_mesh(assets_dir() / source.removeprefix(ASSET), "LPS", "mm")[0]
+        if source in PHANTOM_SURFACES:
+            return PHANTOM_SURFACES[source]()
         arrays = self._arrays(source, {"vertices", "faces"}, set())
         return TriangleMesh(arrays["vertices"], arrays["faces"])
 

@@ -23,6 +23,9 @@ from vfix_engine.files.volume import BONE_HU
 
 HEAD_PHANTOM = "head-phantom"  # id of the case that travels with vfix
 
+COLON_PHANTOM = "colon-phantom"  # id of the lumen that travels with vfix
+SHIPPED = (HEAD_PHANTOM, COLON_PHANTOM)
+
 Bounds = tuple[Position, Position]  # smallest and largest LPS coordinates [mm]
 
 
@@ -37,6 +40,14 @@ class CaseFrame:
 @dataclass(frozen=True)
 class CaseBead:
     """A radio-opaque marker; position in LPS mm."""
+
+    name: str
+    position: Position
+
+
+@dataclass(frozen=True)
+class CaseLandmark:
+    """A named place of the anatomy, such as a flexure of a colon; position in LPS mm."""
 
     name: str
     position: Position
@@ -124,6 +135,7 @@ class Case:
     structures: tuple[Structure, ...] = ()
     overlays: tuple[Overlay, ...] = ()
     unreadable: str = ""
+    landmarks: tuple[CaseLandmark, ...] = ()
 
     @property
     def anatomy(self) -> Structure:
@@ -196,6 +208,7 @@ class CaseContent:
     kind: CaseKind = "head"
     structures: tuple[Structure, ...] = ()
     overlays: tuple[Overlay, ...] = ()
+    landmarks: tuple[CaseLandmark, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         return asdict(self)

@@ -19,7 +19,7 @@ from pathlib import Path
 from sqlalchemy import delete, select, text
 from sqlalchemy.orm import Session
 
-from app.cases.model import HEAD_PHANTOM
+from app.cases.model import SHIPPED
 from app.cases.referenced_files import referred_files
 from app.kit.errors import NotFound
 from app.store import Store
@@ -184,8 +184,8 @@ class Purge:
 def _check(session: Session, case_id: str) -> None:
     if session.get(CaseRow, case_id) is None:
         raise NotFound(f"there is no case {case_id!r:.80}.")
-    if case_id == HEAD_PHANTOM:
-        raise InputError("the head phantom travels with vfix and holds nobody's data; delete it instead.")
+    if case_id in SHIPPED:
+        raise InputError("this phantom travels with vfix and holds nobody's data; delete it instead.")
 
 
 def _documents(session: Session, case_id: str) -> list[str]:

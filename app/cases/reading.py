@@ -16,6 +16,7 @@ from app.cases.model import (
     CaseBead,
     CaseContent,
     CaseFrame,
+    CaseLandmark,
     Overlay,
     SurfaceInfo,
     VolumeInfo,
@@ -62,6 +63,7 @@ def case_content_from_json(data: Any) -> CaseContent:
         kind,
         structures,
         _items(given.get("overlays", ()), "overlays", _overlay),
+        _items(given.get("landmarks", ()), "landmarks", _landmark),
     )
     _check_references(content)
     return content
@@ -69,7 +71,7 @@ def case_content_from_json(data: Any) -> CaseContent:
 
 def check_names(content: CaseContent) -> None:
     """Raise InputError for a name that nobody could give here; those of the store may be older than the rule."""
-    parts = (content.surfaces, content.volumes, content.beads, content.structures, content.overlays)
+    parts = (content.surfaces, content.volumes, content.beads, content.structures, content.overlays, content.landmarks)
     for name in (item.name for part in parts for item in part):
         check_name(name, "name of a part of the case")
 
@@ -155,6 +157,13 @@ def _bead(item: Any) -> CaseBead:
     given = _fields(item, CaseBead, "a bead")
     return CaseBead(
         check_stored_label(given["name"], "name of a bead"), check_position(_three(given["position"], "a bead"))
+    )
+
+
+def _landmark(item: Any) -> CaseLandmark:
+    given = _fields(item, CaseLandmark, "a landmark")
+    return CaseLandmark(
+        check_stored_label(given["name"], "name of a landmark"), check_position(_three(given["position"], "a landmark"))
     )
 
 

@@ -282,6 +282,7 @@ def _case_of(row: CaseRow, content: CaseContent, unreadable: str = "") -> Case:
         structures=content.structures,
         overlays=content.overlays,
         unreadable=unreadable,
+        landmarks=content.landmarks,
     )
 
 

@@ -6,9 +6,10 @@ import argparse
 import json
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from app.cases.model import Case
+from app.cases.structures import CaseKind
 from app.commands import case_structures
 from app.commands.head_options import add_file_options, say_notes, told_of_file
 from app.exchange.patient_images import WARNING, holds_images
@@ -30,6 +31,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "file; a surface as .ply, .stl, .obj, .glb, .vtk, .vtp; or a segmentation, with --into",
     )
     add_file_options(parser)
+    parser.add_argument(
+        "--kind", choices=get_args(CaseKind), default="head", help="of case; a lumen is made of a surface of its wall"
+    )
     parser.add_argument("--name", help="name of the case (else its kind, a number and the time)")
     parser.add_argument(
         "--use-description", action="store_true",
@@ -57,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
         return _run_into(args, services)
     if args.names is not None:
         raise InputError("--names is said of a segmentation, together with --into.")
-    request = ImportRequest(args.path, **_naming(args), **told_of_file(args))
+    request = ImportRequest(args.path, kind=args.kind, **_naming(args), **told_of_file(args))
     case = services.importing.run(request, _show)
     say_notes(case.notes)
     if words := case.uncertainty.words():
@@ -67,8 +71,9 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print(json.dumps(summary(case)))
     else:
-        bone = case.surfaces[0]
-        print(f"{case.id}: {case.name}, {bone.triangles:,} triangles of bone; {bone.words}. Not for clinical use.")
+        surface, anatomy = case.surfaces[0], case.anatomy.name.lower()
+        words = f"; {surface.words}" if surface.words else ""
+        print(f"{case.id}: {case.name}, {surface.triangles:,} triangles of {anatomy}{words}. Not for clinical use.")
     return 0
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from app.cases.import_names import Sort, WantedName
@@ -12,8 +12,9 @@ from app.cases.model import Case, CaseFrame, Overlay
 from app.cases.overlays import Overlays
 from app.cases.segments import CaseStructures
 from app.cases.service import CaseService
-from app.cases.structures import BONE, Structure
+from app.cases.structures import BONE, LUMEN, CaseKind, Structure
 from app.store.errors import StorageError
+from vfix_engine.anatomy.bone import SurfaceReport
 from vfix_engine.anatomy.head_import import (
     ControlHead,
     HeadRequest,
@@ -23,6 +24,7 @@ from vfix_engine.anatomy.head_import import (
 )
 from vfix_engine.anatomy.labels.reading import SegmentationRequest, read_segmentation
 from vfix_engine.anatomy.overlay import read_overlay
+from vfix_engine.errors import InputError
 from vfix_engine.files.mesh_files import is_mesh
 from vfix_engine.files.sandbox.isolated import Cancellation
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -37,11 +39,13 @@ class ImportRequest(HeadRequest):
 
     name: of the case; None for a generic one, or with use_description for the series description of the file, if it has
     one (HAZ-33). names: a table of label names, kept for the case that the file is a segmentation.
+    kind: of case; a lumen is made of a surface, its wall, which is used as it is.
     """
 
     name: str | None = None
     use_description: bool = False
     names: Path | None = None
+    kind: CaseKind = "head"
 
     @property
     def wanted(self) -> WantedName:
@@ -52,6 +56,15 @@ class ImportRequest(HeadRequest):
     def sort(self) -> Sort:
         """Generic name of a head from this file."""
         return "Surface" if is_mesh(self.path) else "CT"
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """Surfaces of a new case by name, what making them cost, and doubts about them."""
+
+    surfaces: Mapping[str, TriangleMesh]
+    reports: Mapping[str, SurfaceReport] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,22 +106,29 @@ class ImportService:
         and another InputError if the file cannot be used.
         """
         request.wanted.check()
+        if request.kind == "lumen" and not is_mesh(request.path):
+            raise InputError("a lumen is made of a surface of its wall.")
         ends = cancellation or self._cancellation
         with self._storage_errors():
             folder = self._cases.scratch.open()  # for the decoded data of the worker
-            head = read_head(request, progress, cancellation=ends, folder=folder)
-            part = _part(progress, 0.3, 0.95)
-            bone = extract_bone(head, part, cancellation=ends, folder=folder)
+            read = read_head(request, progress, cancellation=ends, folder=folder)
+            parts = _Parts({LUMEN: read.surface}) if request.kind == "lumen" and read.surface is not None else None
+            if parts is None:
+                bone = extract_bone(read, _part(progress, 0.3, 0.95), cancellation=ends, folder=folder)
+                parts = _Parts(
+                    {BONE: bone.control, DISPLAY: bone.display},
+                    {BONE: bone.control_report, DISPLAY: bone.display_report},
+                    tuple(bone.notes),
+                )
         progress("Storing the case", 0.95)
-        surfaces: dict[str, TriangleMesh] = {BONE: bone.control, DISPLAY: bone.display}
-        reports = {BONE: bone.control_report, DISPLAY: bone.display_report}
-        frame = CaseFrame(head.frame.name, head.frame.assumed)
+        frame = CaseFrame(read.frame.name, read.frame.assumed)
         taken = {case.name for case in self._cases.list(include_deleted=True)}
-        name, name_notes = request.wanted.among(taken, request.sort, head.frame.description)
-        notes = (*head.notes, *bone.notes, *name_notes)
+        name, name_notes = request.wanted.among(taken, request.sort, read.frame.description)
+        notes = (*read.notes, *parts.notes, *name_notes)
         return self._cases.create(
-            name, frame=frame, surfaces=surfaces, volume=head.volume, notes=notes, reports=reports
-        )
+            name, frame=frame, surfaces=parts.surfaces, volume=read.volume, notes=notes, reports=parts.reports,
+            kind=request.kind,
+        )  # fmt: skip
 
     def check_case(self, case_id: str) -> None:
         """Raise NotFound if there is no such case."""

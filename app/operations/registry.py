@@ -9,6 +9,7 @@ from app.operations.spec import DocumentSpec
 DOCUMENTS: list[str] = [
     "app.assignments.operations",
     "app.imaging.label_operations",
+    "app.lumen.operations",
     "app.plans.operations",
     "app.registration.operations",
 ]

@@ -52,9 +52,9 @@ class SurfaceNode:
     """A surface of the head as one mesh; a cut replaces its geometry, opacity and visibility are only properties."""
 
     name: ClassVar[str]
-    colour: ClassVar[tuple[int, int, int]]
 
-    def __init__(self, scene: viser.SceneApi, mesh: TriangleMesh) -> None:
+    def __init__(self, scene: viser.SceneApi, mesh: TriangleMesh, colour: tuple[int, int, int]) -> None:
+        self.colour = colour
         self._surface = trimesh.Trimesh(vertices=mesh.vertices, faces=mesh.faces, process=False, validate=False)
         self._scene = scene
         self._geometry: tuple[Cut, float] = ("whole", 0.0)
@@ -97,9 +97,9 @@ class SurfaceNode:
 
 
 class BoneNode(SurfaceNode):
-    """The bone."""
+    """The bone of a head, or the wall of a lumen."""
 
-    name, colour = "/head/bone", palette.BONE
+    name = "/head/bone"
 
     def show(self, look: Look) -> None:
         self._show(look, look.opacity)
@@ -108,7 +108,10 @@ class BoneNode(SurfaceNode):
 class SkinNode(SurfaceNode):
     """The skin; the page draws it after everything that it covers, see `see-through.js`."""
 
-    name, colour = "/head/skin", palette.SKIN
+    name = "/head/skin"
+
+    def __init__(self, scene: viser.SceneApi, mesh: TriangleMesh) -> None:
+        super().__init__(scene, mesh, palette.SKIN)
 
     def show(self, look: Look) -> None:
         if look.skin:
@@ -118,11 +121,11 @@ class SkinNode(SurfaceNode):
 
 
 class AnatomyNodes:
-    """A case's bone and the letters around it."""
+    """A case's anatomy and the letters around it."""
 
-    def __init__(self, view: SceneView, mesh: TriangleMesh, bounds: Array) -> None:
+    def __init__(self, view: SceneView, mesh: TriangleMesh, bounds: Array, colour: tuple[int, int, int]) -> None:
         """bounds: (2, 3), LPS mm."""
-        self._bone = BoneNode(view.scene, mesh)
+        self._bone = BoneNode(view.scene, mesh, colour)
         self._letters = LetterNodes(view.labels, bounds)
 
     def show(self, look: Look) -> None:

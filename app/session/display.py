@@ -136,6 +136,7 @@ class Display:
         return {
             "name": spec.name,
             "input": spec.input,
+            "endoscope": spec.endoscope,
             "available": [tab.spec.name for tab in self._views if tab.available],
             "hint": hint,
             "offered": [tab.spec.name for tab in self._views if tab.offered],

@@ -5,21 +5,23 @@ from __future__ import annotations
 from typing import NotRequired, TypedDict
 
 from app.kit.jobs import Job, JobKind, JobState
-from app.tabs.spec import Input
+from app.tabs.spec import Endoscope, Input
 from app.workspace.sections import CameraSection, LabelView, SceneSection
 
 
 class TabSection(TypedDict):
     """The active tab, what keys and clicks do in it, the tabs that can be opened, and the hint.
 
+    endoscope: whether the tab has the picture of one.
     offered: the tabs that are for cases of the open kind; a page shows no other.
     """
 
     name: str
     input: Input
+    endoscope: NotRequired[Endoscope]
     available: list[str]
     hint: str
-    offered: NotRequired[list[str]]
+    offered: list[str]
 
 
 class JobEntry(TypedDict):

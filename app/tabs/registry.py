@@ -17,6 +17,8 @@ TABS: list[str] = [
     "app.tabs.plan",
     "app.tabs.register",
     "app.tabs.rehearse",
+    "app.tabs.route",
+    "app.tabs.drive",
     "app.tabs.review",
 ]
 

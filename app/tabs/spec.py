@@ -13,6 +13,7 @@ if TYPE_CHECKING:  # slow to load, and the address needs none of it
     from app.cases.structures import CaseKind
 
 Input = Literal["none", "edit", "drive"]
+Endoscope = Literal["none", "offered", "first"]
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,8 @@ class TabSpec:
     commands: what its clients may send. sections: a TypedDict whose keys are the sections that it publishes.
     input: what keys of the page and clicks in its slices do: nothing of the tab's own, edit the open plan, or drive
     the robot, whose figures the status bar shows then.
+    endoscope: whether the page offers the picture of one beside the scene; 'first': shows it large until another layout
+    is chosen there.
     documents: kinds of documents whose operations it does itself, since one may be open in it; those of other kinds
     are done in the store.
     kinds: of cases that it is for; empty: for any, and shown without one, too.
@@ -45,6 +48,7 @@ class TabSpec:
     documents: tuple[str, ...] = ()
     kinds: tuple[CaseKind, ...] = ()
     needs: Literal["nothing", "case", "plan"] = "nothing"
+    endoscope: Endoscope = "none"
 
     @property
     def folder(self) -> Path:

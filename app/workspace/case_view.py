@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from app.cases.kinds import KINDS
 from app.cases.model import Overlay
 from app.cases.segments import OUTLINE_COLOUR
 from app.cases.service import Case
@@ -19,6 +20,7 @@ from app.kit.kept import Same
 from app.kit.values import Position
 from app.messages.fields import ClientMessage
 from app.messages.sections import Section, Sections
+from app.scene import palette
 from app.scene.anatomy import LETTER_GAP_MM, AnatomyNodes, Look, SliceNodes
 from app.scene.picking import Hit, SurfacePicker, hit_plane
 from app.scene.view import ClickRay
@@ -79,8 +81,11 @@ class CaseView:
     def open(self, case_id: str) -> None:
         """Show a case; its surface and volume are read in the background. Raises VfixError when there is none."""
         case = self._services.cases.get(case_id)
+        kind = KINDS[case.kind]
+        if self.kind != case.kind:
+            self._look = replace(self._look, opacity=kind.opacity)
         self.case_id, self._case = case.id, case
-        self.loading = "Reading the head …"
+        self.loading = f"Reading the {kind.noun} …"
         self.surface = self._slices = self._picker = None
         self._look = replace(self._look, cut="whole", slices="none", skin=False)
         self._skin.opened(case)
@@ -93,7 +98,7 @@ class CaseView:
             return (mesh, SurfacePicker(mesh), *self._volumes(case))
 
         self._latest.ask(
-            "The head could not be read", read, lambda found: self._loaded(*found), self._failed, lane=case_id
+            f"The {kind.noun} could not be read", read, lambda found: self._loaded(*found), self._failed, lane=case_id
         )
 
     def _volumes(self, case: Case) -> tuple[Volume | None, Volume | None]:
@@ -178,13 +183,14 @@ class CaseView:
 
     def layers(self) -> list[Layer[Any]]:
         """Bone with the letters around it, the CT slices, and the skin."""
-        surface, look, slices = self.surface, self._look, self._slices
-        if surface is None:
+        surface, look, slices, case = self.surface, self._look, self._slices, self._case
+        if surface is None or case is None:
             return []
+        colour = palette.ANATOMY[case.anatomy.role]
         anatomy = Layer(
             "case.anatomy",
             look,
-            lambda view: AnatomyNodes(view, surface.mesh, surface.bounds),
+            lambda view: AnatomyNodes(view, surface.mesh, surface.bounds, colour),
             lambda nodes: nodes.show(look),
             made_for=surface.key,
         )
@@ -283,9 +289,18 @@ def _outline_colour(case: Case, item: Structure, index: int) -> str:
 
 def case_section(case: Case, loading: str, hidden: Collection[str] = ()) -> CaseSection:
     """The page's section of the open case. hidden: ids of structures that are not drawn in the slices either."""
+    kind = KINDS[case.kind]
+    low, high = case.surfaces[0].bounds_lps_mm
     return {
         "id": case.id,
         "name": case.name,
+        "kind": case.kind,
+        "noun": kind.noun,
+        "surface": kind.surface,
+        "parts": list(kind.parts),
+        "sliced": kind.sliced,
+        "size_mm": [round(b - a, 1) for a, b in zip(low, high, strict=True)],
+        "landmarks": [{"name": item.name, "position": list(item.position)} for item in case.landmarks],
         "frame": {"name": case.frame.name, "assumed": case.frame.assumed},
         "spacing_mm": None if case.spacing_mm is None else [float(value) for value in case.spacing_mm],
         "surfaces": [

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, TypedDict
 
+from app.cases.kinds import PatientPart
+from app.cases.structures import CaseKind
 from app.messages.sections import Length, Position
 from vfix_engine.files.volume import Axis
 
@@ -42,9 +44,18 @@ class OverlayView(TypedDict):
     notes: list[str]
 
 
-class CaseSection(TypedDict):
-    """The open case; loading: the part that is being read, None when all of it is there.
+class LandmarkView(TypedDict):
+    """A named place of the anatomy, LPS mm."""
 
+    name: str
+    position: Position
+
+
+class CaseSection(TypedDict):
+    """The open case; noun, surface: how its kind and its anatomy are called.
+
+    parts: of the Patient tab that are for it. sliced: it may have slices. size_mm: of its first surface along the axes.
+    loading: the part that is being read, None when all of it is there.
     window: width and centre of grey values that the scanner's files suggest, None where they do not.
     volumes: names of the CT volumes in the slices, the widest first, finer ones over it. outlines: structures that can
     be drawn in the slices. images: it has images that can identify its patient.
@@ -52,6 +63,13 @@ class CaseSection(TypedDict):
 
     id: str
     name: str
+    kind: CaseKind
+    noun: str
+    surface: str
+    parts: list[PatientPart]
+    sliced: bool
+    size_mm: list[float]
+    landmarks: list[LandmarkView]
     frame: FrameView
     spacing_mm: Position | None
     surfaces: list[SurfaceView]

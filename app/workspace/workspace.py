@@ -15,6 +15,7 @@ from app.workspace import commands as c
 from app.workspace.camera_view import CameraView
 from app.workspace.case_view import CaseView
 from app.workspace.open_plan import OpenedPlan
+from app.workspace.opened import OpenedDocuments
 from vfix_engine.errors import InputError
 
 __all__ = ["Position", "Request", "Workspace"]
@@ -41,6 +42,7 @@ class Workspace:
         self.case = CaseView(services, executor, post)
         self.camera = CameraView(self.case)
         self.plan = OpenedPlan()
+        self.opened = OpenedDocuments()  # of other kinds
         self._case_listeners: list[Callable[[str | None], None]] = []
 
     def note(self, words: str, error: bool = False) -> None:
@@ -69,7 +71,7 @@ class Workspace:
     def operate(self, message: OperationMessage) -> None:
         """Do an operation on a document of the open case. Raises VfixError."""
         if self.case.case_id is None:
-            raise InputError("no head is open.")
+            raise InputError("no case is open.")
         message.perform(message.spec.context(self.services, message.revision), self.case.case_id)
 
     def handle(self, command: ClientMessage) -> Any:

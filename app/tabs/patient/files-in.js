@@ -122,11 +122,13 @@ export function isSegmentation(files) {
  * The form of an upload.
  * @param {Pick<Sorted, "files" | "names">} what
  * @param {boolean} [described] whether the file's series description may become the name
+ * @param {boolean} [lumen] whether it is the wall of a lumen, and no head
  */
-export function formOf({ files, names }, described = false) {
+export function formOf({ files, names }, described = false, lumen = false) {
   const form = new FormData();
   for (const { file, path } of files) form.append("file", file, path);
   if (names) form.append("names", names);
+  if (lumen) form.append("kind", "lumen");
   if (described) form.append("use_description", "yes");
   return form;
 }

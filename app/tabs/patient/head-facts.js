@@ -19,10 +19,10 @@ export class HeadFacts {
 
   /** @param {CaseSection} open */
   facts(open) {
-    const spacing = open.spacing_mm ? `${open.spacing_mm.map((value) => fixed(value, 2)).join(" × ")} mm` : "surface only";
     const facts = [
-      ["Voxel size", spacing],
+      open.spacing_mm ? ["Voxel size", `${open.spacing_mm.map((value) => fixed(value, 2)).join(" × ")} mm`] : ["Size", `${open.size_mm.map((value) => fixed(value, 0)).join(" × ")} mm, surface only`],
       ["Coordinates", open.frame.assumed ? `${open.frame.name}, assumed` : open.frame.name],
+      ...(open.landmarks.length ? [["Landmarks", open.landmarks.map(({ name }) => name).join(", ")]] : []),
       ...(open.beads ? [["Markers", count(open.beads, "bead", "beads")]] : []),
     ];
     const surfaces = open.surfaces.map(({ name, triangles, words }) => [surfaceName(name), [count(triangles, "triangle", "triangles"), words].filter(Boolean).join("; ")]);
@@ -44,6 +44,6 @@ function listed(facts) {
 /** @param {string} name */
 function surfaceName(name) {
   /** @type {Record<string, string | undefined>} */
-  const words = { bone: "Bone", skull: "Skull", skin: "Skin", display: "Skull", skull_half: "Half skull" };
+  const words = { bone: "Bone", skull: "Skull", skin: "Skin", display: "Skull", skull_half: "Half skull", lumen: "Wall" };
   return words[name] ?? name;
 }

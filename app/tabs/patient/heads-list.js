@@ -32,9 +32,9 @@ export class HeadsList {
     const shown = this.filter.of(items);
     draw(this.element, html`
       ${this.filter.field(items.length)}
-      <ul class="list two-lines plain-rows" id="cases" aria-label="Heads">${repeat(shown, ({ id, deleted }) => `${id} ${deleted}`, (item) => this.row(item, item.id === open?.id))}</ul>
+      <ul class="list two-lines plain-rows" id="cases" aria-label="Cases">${repeat(shown, ({ id, deleted }) => `${id} ${deleted}`, (item) => this.row(item, item.id === open?.id))}</ul>
       ${shown.length || !items.length ? nothing : html`<p class="empty">None found.</p>`}
-      <button type="button" class="wide" id="save-case" title=${SAVED} ?disabled=${!open} @click=${() => save(open)}>Save head …</button>
+      <button type="button" class="wide" id="save-case" title=${SAVED} ?disabled=${!open} @click=${() => save(open)}>Save ${open?.noun ?? "head"} …</button>
       <label class="check"><input type="checkbox" .checked=${live(this.deleted)} @change=${show}>Show deleted</label>`);
     this.roving.update();
   }

@@ -23,6 +23,7 @@ const QUESTIONS = {
 
 const DROP = "Drop files here. They stay on this computer. Images can identify the patient: an export that holds them asks first. A CT (DICOM, NRRD, NIfTI, MetaImage), a bone surface (PLY, STL, OBJ, GLB, VTK, VTP), a segmentation of the open head, or the zip of a saved head.";
 const HEAD = { id: "import-head", input: "head-files", words: "Import head …", accept: ACCEPTED };
+const LUMEN = { id: "import-lumen", input: "lumen-file", words: "Import lumen …", accept: ".ply,.stl,.obj,.glb,.vtk,.vtp" };
 const FOLDER = { id: "import-folder", input: "folder", words: "Folder …", folder: true };
 
 export class ImportGroup {
@@ -49,9 +50,11 @@ export class ImportGroup {
   draw() {
     const { sending } = this, part = `${Math.round(100 * (sending?.part ?? 0))}`;
     const take = (/** @type {File[]} */ files) => this.take(chosen(files));
+    const takeLumen = (/** @type {File[]} */ files) => this.take(chosen(files), false, true);
     draw(this.form, html`
       <p class="words">${said(DROP)}</p>
-      <div class="buttons even">${filesButton({ ...HEAD, disabled: sending !== null }, take)}${filesButton({ ...FOLDER, disabled: sending !== null }, take)}</div>`);
+      <div class="buttons even">${filesButton({ ...HEAD, disabled: sending !== null }, take)}${filesButton({ ...FOLDER, disabled: sending !== null }, take)}</div>
+      <div class="buttons">${filesButton({ ...LUMEN, disabled: sending !== null }, takeLumen)}</div>`);
     draw(this.progress, html`${sending ? html`<p class="words">${sending.name}: uploading, ${part} %</p>
       <div class="progress"><div style=${`width: ${part}%`}></div></div>` : nothing}`);
     this.progress.hidden = !sending;
@@ -88,8 +91,9 @@ export class ImportGroup {
    * Import what was chosen or dropped: a head, or a segmentation of the open one.
    * @param {Found[]} found
    * @param {boolean} [intoOpen] whether it was said to be a segmentation
+   * @param {boolean} [lumen] whether it was said to be the wall of a lumen
    */
-  async take(found, intoOpen = false) {
+  async take(found, intoOpen = false, lumen = false) {
     const what = await sorted(found);
     const [name, why] = [uploadWords(what.files), refusal(what.files)];
     if (why) {
@@ -98,9 +102,9 @@ export class ImportGroup {
     }
     tellLeftOut(what.leftOut);
     const open = this.connection.state.case;
-    const structures = open && (intoOpen || isSegmentation(what.files));
+    const structures = open && !lumen && (intoOpen || isSegmentation(what.files));
     const address = structures ? `/api/v1/cases/${encodeURIComponent(open.id)}/structures` : "/api/v1/cases";
-    await this.send(address, name, formOf(what, !structures && this.describe.input.checked));
+    await this.send(address, name, formOf(what, !structures && this.describe.input.checked, lumen));
   }
 
   /**

@@ -14,8 +14,10 @@ import { StructuresGroup } from "./structures.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
 /** @import { Line } from "/static/js/step-list.js" */
-/** @import { ViewModel } from "/static/js/types.js" */
+/** @import { CaseSection, ViewModel } from "/static/js/types.js" */
 
+/** @type {CaseSection["parts"]} parts that only some kinds of cases have */
+const OF_KINDS = ["structures", "threshold", "paint", "overlays"];
 const OPEN_AT_FIRST = ["heads", "import", "structures"];
 
 export default class PatientPanel {
@@ -31,7 +33,7 @@ export default class PatientPanel {
     this.paint = new PaintGroup(connection, this.jobs); // first: it knows which of the jobs are its own
     this.segment = new SegmentGroup(this.jobs);
     const steps = [
-      { name: "heads", title: "Heads", content: this.heads.element },
+      { name: "heads", title: "Cases", content: this.heads.element },
       { name: "import", title: "Import", content: this.import.element },
       { name: "structures", title: "Structures", content: this.structures.element },
       { name: "threshold", title: "Threshold", content: this.segment.element },
@@ -52,7 +54,8 @@ export default class PatientPanel {
     this.segment.update(state.case, state.slices?.cross);
     this.paint.update(state);
     this.jobs.look();
-    this.parts.show(linesOf(state));
+    const has = state.case?.parts ?? OF_KINDS;
+    this.parts.show(linesOf(state), OF_KINDS.filter((part) => !has.includes(part)));
   }
 }
 
@@ -65,7 +68,7 @@ function linesOf({ cases, structures, painted, case: open }) {
   const line = (/** @type {string} */ words) => ({ words, mark: /** @type {const} */ ("") });
   const few = (/** @type {number} */ items, /** @type {string} */ one, /** @type {string} */ several) => line(items ? count(items, one, several) : "None");
   return {
-    heads: few((cases?.items ?? []).filter(({ deleted }) => !deleted).length, "head", "heads"),
+    heads: few((cases?.items ?? []).filter(({ deleted }) => !deleted).length, "case", "cases"),
     structures: few(structures?.items.length ?? 0, "structure", "structures"),
     paint: few(painted?.items.length ?? 0, "label", "labels"),
     overlays: few(open?.overlays.length ?? 0, "volume", "volumes"),

@@ -16,4 +16,5 @@ SPEC = TabSpec(
     has_routes=True,
     kinds=("head",),
     needs="plan",
+    endoscope="offered",
 )

@@ -89,7 +89,7 @@ export class DeviceMenu {
   tell({ rehearsal }) {
     const led = Boolean(rehearsal?.mine) && rehearsal?.control?.mode === "teleoperated", begins = led && !this.led;
     this.led = led;
-    if (!rehearsal || !led || !(this.owed || (begins && this.devices.source))) return;
+    if (!rehearsal || !rehearsal.control || !led || !(this.owed || (begins && this.devices.source))) return;
     this.owed = false;
     const device = this.devices.source ? "rate" : "position";
     const preset = /** @type {Commands["rehearsal.control"]["preset"]} */ (rehearsal.control.preset);

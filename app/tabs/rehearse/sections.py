@@ -56,7 +56,7 @@ class ContactView(TypedDict):
 class RehearsalSection(MotionView, DriveSection):
     """The rehearsal of a plan: the drive, and the fields of the tool. contacts: in a free hand, the deepest first."""
 
-    control: ControlView
+    control: NotRequired[ControlView]
     contacts: NotRequired[list[ContactView]]
     plan_changed: NotRequired[bool]
     target_id: NotRequired[str | None]

@@ -2,4 +2,6 @@
 
 from app.tabs.spec import TabSpec
 
-SPEC = TabSpec("review", "Review", 40, __name__, "ReviewTab", kinds=("head",), needs="case")
+SPEC = TabSpec(
+    "review", "Review", 40, __name__, "ReviewTab", kinds=("head",), needs="case", endoscope="offered"
+)  # fmt: skip

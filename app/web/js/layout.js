@@ -4,8 +4,8 @@ import { letterOf } from "./letters.js";
 import { keep, recall, recallText } from "./remember.js";
 
 /**
- * endoscope: its picture large, scene and slices beside it; endoscope-beside: the scene large.
- * @typedef {"one-three" | "two-by-two" | "endoscope" | "endoscope-beside" | "scene" | "axial" | "coronal" | "sagittal" | "path"} Layout
+ * endoscope: its picture large, scene and slices beside it; endoscope-beside: the scene large; endoscope-alone: nothing else.
+ * @typedef {"one-three" | "two-by-two" | "endoscope" | "endoscope-beside" | "endoscope-alone" | "scene" | "axial" | "coronal" | "sagittal" | "path"} Layout
  */
 /** @typedef {"panel" | "scene" | "slices"} Part */
 
@@ -19,7 +19,7 @@ const PLAIN = ["one-three", "two-by-two"];
 /** @type {readonly Layout[]} */
 const SEVERAL = [...PLAIN, "endoscope", "endoscope-beside"];
 /** @type {readonly Layout[]} */
-const REMEMBERED = [...SEVERAL, "scene", "axial", "coronal", "sagittal"];
+const REMEMBERED = [...SEVERAL, "endoscope-alone", "scene", "axial", "coronal", "sagittal"];
 /** @type {[Layout, Parameters<typeof barButton>[0], string, string][]} its picture, word and tooltip */
 const BUTTONS = [
   ["one-three", "layoutOneThree", "3D + slices", "3D beside the slices"],
@@ -62,11 +62,14 @@ export class Layouts {
   /** @param {HTMLElement} bench the viewing area; its `data-layout` is the one switch of the layout */
   constructor(bench) {
     this.bench = bench;
-    this.layout = /** @type {Layout} */ (recall("layout", REMEMBERED, "one-three"));
+    this.first = false; // the step shows the endoscope large until another layout is chosen in it
+    this.shared = /** @type {Layout} */ (recall("layout", REMEMBERED, "one-three"));
+    this.ofFirst = /** @type {Layout} */ (recall("layout-first", REMEMBERED, "endoscope"));
     this.plain = /** @type {Layout} */ (recall("layout-several", PLAIN, "one-three")); // of several views, without the endoscope
     this.several = SEVERAL.includes(this.layout) ? this.layout : this.plain; // the one of several views that was shown last
     this.folded = recall("panel", ["folded", "open"], "open") === "folded";
     this.available = true; // whether there are slices to show
+    this.sliced = true; // or may be, of such a case
     this.path = false; // and a view across a path
     this.endoscope = false; // whether the step has the picture of an endoscope
     this.buttons = BUTTONS.map(([layout, picture, word, title]) => barButton(picture, word, title, () => this.set(next(this.layout, layout, this.before)), { "data-layout-button": layout }));
@@ -80,6 +83,15 @@ export class Layouts {
     this.width(Number(recallText("slices-width")) || 0);
     this.showPart("scene");
     this.render();
+  }
+
+  get layout() {
+    return this.first ? this.ofFirst : this.shared;
+  }
+
+  set layout(layout) {
+    if (this.first) this.ofFirst = layout;
+    else this.shared = layout;
   }
 
   listen() {
@@ -130,7 +142,7 @@ export class Layouts {
       this.plain = layout;
       keep("layout-several", layout);
     }
-    keep("layout", layout);
+    keep(this.first ? "layout-first" : "layout", layout);
     this.render();
   }
 
@@ -154,11 +166,13 @@ export class Layouts {
    * A head without a CT has no slices: its scene gets their place.
    * @param {boolean} available
    * @param {boolean} path whether there is a path, to look across it
-   * @param {boolean} endoscope whether the step has the picture of one
+   * @param {"none" | "offered" | "first"} scope whether the step has the picture of an endoscope
+   * @param {boolean} sliced whether such a case may have slices
    */
-  offer(available, path, endoscope) {
-    if (available === this.available && path === this.path && endoscope === this.endoscope) return;
-    Object.assign(this, { available, path, endoscope });
+  offer(available, path, scope, sliced) {
+    const [endoscope, first] = [scope !== "none", scope === "first"];
+    if (available === this.available && path === this.path && endoscope === this.endoscope && first === this.first && sliced === this.sliced) return;
+    Object.assign(this, { available, path, endoscope, first, sliced });
     this.render();
   }
 
@@ -169,18 +183,20 @@ export class Layouts {
   /** @param {Layout} layout */
   can(layout) {
     if (layout === "path") return this.available && this.path;
-    if (layout === "endoscope" || layout === "endoscope-beside") return this.endoscope;
-    return this.available || layout === "scene" || layout === "one-three";
+    if (layout.startsWith("endoscope")) return this.endoscope;
+    return this.available || layout === "scene" || (layout === "one-three" && this.sliced);
   }
 
   /** The layout of several views that a single one goes back to. */
   get before() {
+    if (this.first) return "endoscope";
     return this.can(this.several) ? this.several : this.plain;
   }
 
   render() {
-    const shown = [this.layout, this.plain].find((layout) => this.can(layout)) ?? "one-three";
+    const shown = [this.layout, this.plain].find((layout) => this.can(layout)) ?? (this.sliced ? "one-three" : "scene");
     this.bench.dataset.layout = shown;
+    this.bench.dataset.sliced = String(this.sliced);
     this.bench.dataset.panel = this.folded ? "folded" : "open";
     this.foldButton.setAttribute("aria-expanded", String(!this.folded));
     this.foldButton.title = `${this.folded ? "Show the panel" : "Fold the panel away"} (P)`;
@@ -201,7 +217,7 @@ export class Layouts {
   actions() {
     const several = BUTTONS.filter(([layout]) => SEVERAL.includes(layout)).map(([layout, , name]) => ({ group: "View", name, off: this.can(layout) ? undefined : "no slices", run: () => this.set(layout) }));
     const alone = ALONE.map(([layout, name]) => ({ group: "View", name, does: `layout.${layout}`, off: this.can(layout) ? undefined : "nothing to show", run: () => this.set(next(this.layout, layout, this.before)) }));
-    const endoscope = { group: "View", name: this.layout === "endoscope" ? "Endoscope beside 3D" : "Endoscope large", does: "layout.endoscope", off: this.endoscope ? undefined : "in Rehearse and Review", run: () => this.swapEndoscope() };
+    const endoscope = { group: "View", name: this.layout === "endoscope" ? "Endoscope beside 3D" : "Endoscope large", does: "layout.endoscope", off: this.endoscope ? undefined : "in a drive or Review", run: () => this.swapEndoscope() };
     return [...several, ...alone, endoscope, { group: "View", name: this.folded ? "Show the panel" : "Fold the panel away", does: "panel", run: () => this.fold() }];
   }
 

@@ -41,7 +41,7 @@ class Page {
     this.hint = new HintLine(this.connection);
     this.help = new Help(() => this.firstTask.again());
     this.slices = new Slices(byId("slices"), this.connection);
-    this.endoscope = new EndoscopeView(byId("endoscope"), this.connection, { planned: () => this.slices.poses, swap: () => this.layouts.swapEndoscope() });
+    this.endoscope = new EndoscopeView(byId("endoscope"), this.connection, { planned: () => this.slices.poses, swap: () => this.layouts.swapEndoscope(), keys: this.keys });
     this.status = new StatusBar(byId("statusbar"));
     this.figures = new LoopFigures();
     this.card = new VerdictCard(this.connection);
@@ -129,7 +129,7 @@ class Page {
     if (panel && this.anew) renderAnew(() => panel.update(state));
     else if (panel) panel.update(state);
     this.anew = false;
-    this.layouts.offer(!state.case || state.case.has_volume, (state.curve?.points.length ?? 0) > 1, current === "rehearse" || current === "review");
+    this.layouts.offer(!state.case || state.case.has_volume, (state.curve?.points.length ?? 0) > 1, state.step?.endoscope ?? "none", state.case?.sliced ?? true);
     this.scene.update(state);
     this.look.update(state);
     this.slices.update(state);

@@ -79,7 +79,7 @@ export class Palette {
       group: "Go to", name: label, off: state.step?.available.includes(name) ? undefined : "not yet", run: () => connection.send("step.set", { name }),
     }));
     const heads = (state.cases?.items ?? []).filter(({ deleted }) => !deleted).map(({ id, name }) => ({
-      group: "Head", name, off: id === state.case?.id ? "open now" : undefined, run: () => connection.send("case.open", { case_id: id }),
+      group: "Case", name, off: id === state.case?.id ? "open now" : undefined, run: () => connection.send("case.open", { case_id: id }),
     }));
     const plans = (state.plans?.items ?? []).filter(({ deleted }) => !deleted).map(({ id, name }) => ({
       group: "Plan", name, off: id === state.plan?.id ? "open now" : undefined, run: () => connection.send("plan.open", { plan_id: id }),

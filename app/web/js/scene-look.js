@@ -85,6 +85,7 @@ export class SceneLook {
   update({ view, case: open }) {
     if (!view) return;
     this.view = view;
+    for (const button of this.views.querySelectorAll("button")) if (button.dataset.view === "nose") button.hidden = open?.sliced === false;
     const { words } = view.skin;
     if (this.caution.textContent !== words) this.caution.textContent = words;
     this.caution.hidden = !words;
@@ -96,8 +97,8 @@ export class SceneLook {
     if (!this.view) return;
     const { opacity, skin, cut, slices: shown } = this.view;
     draw(this.element, html`
-      <label class="field"><span class="field-label">Bone <span class="number">${percent(opacity)}</span></span>
-        <input type="range" id="bone-opacity" min="10" max="100" step="5" aria-label="Bone opacity, percent" .value=${unlessFocused(shareOf(opacity))} @input=${this.faded}></label>
+      <label class="field"><span class="field-label">${this.connection.state.case?.surface ?? "Bone"} <span class="number">${percent(opacity)}</span></span>
+        <input type="range" id="bone-opacity" min="10" max="100" step="5" aria-label="Opacity of the surface, percent" .value=${unlessFocused(shareOf(opacity))} @input=${this.faded}></label>
       <div class="field" id="skin-field" ?hidden=${!skin.possible}>
         <div class="field-label"><label class="check"><input type="checkbox" id="skin" .checked=${live(skin.shown)} @change=${this.skinned}>Skin</label>
           <span class="number">${skin.shown ? percent(skin.opacity) : nothing}</span></div>

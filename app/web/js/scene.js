@@ -178,7 +178,7 @@ export class SceneFrame {
    * @param {ViewModel} state
    */
   restIfMust({ rehearsal, step }) {
-    const rests = this.software && this.layout === "endoscope" && step?.name === "rehearse" && rehearsal?.state === "running";
+    const rests = this.software && (this.layout === "endoscope" || this.layout === "endoscope-alone") && step?.input === "drive" && rehearsal?.state === "running";
     if (rests === this.rests) return;
     this.rests = rests;
     byId("scene-rests").hidden = !rests;

@@ -3,11 +3,13 @@
 /**
  * The active tab, what keys and clicks do in it, the tabs that can be opened, and the hint.
  *
+ * endoscope: whether the tab has the picture of one.
  * offered: the tabs that are for cases of the open kind; a page shows no other.
  */
 export interface TabSection {
   name: string;
   input: "none" | "edit" | "drive";
+  endoscope?: "none" | "offered" | "first";
   available: string[];
   hint: string;
   offered: string[];
@@ -45,7 +47,7 @@ export interface JobsSection {
 /** A waiting or running job, as in REST; REST alone has `result` and `error`, at its end. */
 export interface JobEntry {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures" | "endoscope" | "swept";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures" | "endoscope" | "swept" | "route";
   case_id: string | null;
   subject: string;
   document_id: string | null;
@@ -56,8 +58,10 @@ export interface JobEntry {
 }
 
 /**
- * The open case; loading: the part that is being read, None when all of it is there.
+ * The open case; noun, surface: how its kind and its anatomy are called.
  *
+ * parts: of the Patient tab that are for it. sliced: it may have slices. size_mm: of its first surface along the axes.
+ * loading: the part that is being read, None when all of it is there.
  * window: width and centre of grey values that the scanner's files suggest, None where they do not.
  * volumes: names of the CT volumes in the slices, the widest first, finer ones over it. outlines: structures that can
  * be drawn in the slices. images: it has images that can identify its patient.
@@ -65,6 +69,13 @@ export interface JobEntry {
 export interface CaseSection {
   id: string;
   name: string;
+  kind: "head" | "lumen";
+  noun: string;
+  surface: string;
+  parts: ("structures" | "threshold" | "paint" | "overlays")[];
+  sliced: boolean;
+  size_mm: number[];
+  landmarks: LandmarkView[];
   frame: FrameView;
   spacing_mm: [number, number, number] | null;
   surfaces: SurfaceView[];
@@ -79,6 +90,12 @@ export interface CaseSection {
   volumes: string[];
   overlays: OverlayView[];
   outlines: OutlineView[];
+}
+
+/** A named place of the anatomy, LPS mm. */
+export interface LandmarkView {
+  name: string;
+  position: [number, number, number];
 }
 
 /** Frame of the file from which the case was made; assumed: the file did not name it. */
@@ -655,6 +672,71 @@ export interface ConeView {
   words: string;
 }
 
+/** The routes of the open case. */
+export interface RouteList {
+  items: RouteEntry[];
+}
+
+/** A route in the list. */
+export interface RouteEntry {
+  id: string;
+  name: string;
+  modified: string;
+}
+
+/**
+ * The open route; lengths in mm. links: None for as many as the way needs. bound_mm: None by the lumen's radius.
+ *
+ * picking: what the next click on the wall is, '' for neither end.
+ */
+export interface RouteSection {
+  id: string;
+  name: string;
+  revision: number;
+  locked: boolean;
+  can_undo: boolean;
+  can_redo: boolean;
+  entry: [number, number, number] | null;
+  end: [number, number, number] | null;
+  links: number | null;
+  length_mm: number;
+  radius_mm: number;
+  bound_mm: number | null;
+  breathing_mm: number;
+  picking: "entry" | "end" | "";
+}
+
+/**
+ * What was computed of the open route; lengths in mm.
+ *
+ * words: why it failed. reach_mm: how deep the tip comes; limit, reach_words: what ends its way. offers: what would
+ * come deeper. s_mm, radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
+ */
+export interface RoutePathSection {
+  state: "none" | "computing" | "ready" | "failed";
+  words: string;
+  length_mm: number | null;
+  links: number | null;
+  reach_mm: number | null;
+  reach_words: string;
+  limit: "" | "end" | "links" | "narrow" | "bound" | "shape";
+  offers: ReachOfferView[];
+  least_mm: number | null;
+  least_at_mm: number | null;
+  s_mm: number[];
+  radius_mm: number[];
+  wall_mm: number[];
+}
+
+/** A robot, or a bound, with which the tip comes deeper; lengths in mm. bound_mm: None by the lumen's radius. */
+export interface ReachOfferView {
+  words: string;
+  links: number;
+  length_mm: number;
+  radius_mm: number;
+  bound_mm: number | null;
+}
+
 /** The registrations of the open case. */
 export interface RegistrationsSection {
   items: RegistrationEntry[];
@@ -902,10 +984,10 @@ export interface RehearsalSection {
   can_take: boolean;
   unrecorded: string | null;
   comments: CommentView[];
-  control: ControlView;
-  contacts: ContactView[];
-  plan_changed: boolean;
-  target_id: string | null;
+  control?: ControlView;
+  contacts?: ContactView[];
+  plan_changed?: boolean;
+  target_id?: string | null;
 }
 
 /** A comment on a drive, at a driven time. */
@@ -1099,6 +1181,58 @@ export interface StageView {
   refusal: string;
 }
 
+/**
+ * Figures of the snake robot. depth_mm: of the tip along the pathway.
+ *
+ * nearest: the link nearest to its bound, None while none is inside. bend: r of the bending links, 1 where they bend
+ * no further; straight: they have the pathway's shape. can_look: the camera can be moved. doing: a request under way.
+ * insertion_mm_per_s, camera_mm_per_s: speeds of an axis that is fully deflected. breathing_mm: 0 where it is still.
+ */
+export interface SnakeView {
+  depth_mm: number;
+  length_mm: number;
+  links: number;
+  links_inside: number;
+  nearest: LinkView | null;
+  bend: number;
+  straight: boolean;
+  can_look: boolean;
+  doing: string;
+  insertion_mm_per_s: number;
+  camera_mm_per_s: number;
+  breathing_mm: number;
+}
+
+/** The link that is nearest to its bound: its number from the base, deviation and bound in mm. */
+export interface LinkView {
+  link: number;
+  deviation_mm: number;
+  bound_mm: number;
+}
+
+/**
+ * What the page's endoscope shows: where its surface and its poses come from; '' for none yet.
+ *
+ * key: another one for another surface. look: of the tissue. hand: a drag in the picture moves the camera, and the
+ * picture is turned as the camera is. pose: what is shown before there is a robot. words: why there is no picture.
+ */
+export interface ScopeSection {
+  surface: string;
+  key: string;
+  poses: string;
+  look: "nose" | "colon";
+  hand: boolean;
+  pose: ScopePoseView | null;
+  words: string;
+}
+
+/** A place in the lumen, the way ahead, and up in the picture. */
+export interface ScopePoseView {
+  tip: [number, number, number];
+  shaft: [number, number, number];
+  side: [number, number, number];
+}
+
 export interface Hello {
   id?: number | null;
   type: "hello";
@@ -1139,8 +1273,8 @@ export interface ReplyMessage {
   type: "reply";
   id: number;
   ok: boolean;
-  result: unknown;
-  error: ErrorMessage;
+  result?: unknown;
+  error?: ErrorMessage;
 }
 
 /** Why a command was refused. */
@@ -1156,7 +1290,7 @@ export interface ErrorMessage {
  */
 export interface JobPublic {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures" | "endoscope" | "swept";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures" | "endoscope" | "swept" | "route";
   case_id: string | null;
   subject: string;
   document_id: string | null;
@@ -1988,11 +2122,16 @@ export interface ViewModel {
   registrations?: RegistrationsSection;
   rehearsal?: RehearsalSection;
   removed_bone?: RemovedBoneSection | null;
+  route?: RouteSection | null;
+  route_path?: RoutePathSection;
+  routes?: RouteList;
   scene?: SceneSection;
+  scope?: ScopeSection | null;
   second_volume?: SecondVolumeSection | null;
   settings?: SettingsSection;
   shaft?: ShaftSection;
   slices?: SlicesSection | null;
+  snake?: SnakeView | null;
   step?: TabSection;
   structures?: StructuresSection;
   tool?: ToolSection;
@@ -2014,6 +2153,11 @@ export interface Commands {
   "add.mode": {
     kind: "point" | "target" | "none";
   };
+  "axes": {
+    camera_x?: number;
+    camera_y?: number;
+    insert?: number;
+  };
   "base.free": {
     revision?: number | null;
   };
@@ -2031,6 +2175,8 @@ export interface Commands {
   "bead.show": {
     bead_id: string;
   };
+  "camera.look_round": {};
+  "camera.straighten": {};
   "case.delete": {
     case_id: string;
   };
@@ -2368,6 +2514,65 @@ export interface Commands {
   };
   "rehearsal.start": {};
   "rehearsal.take": {};
+  "route.bound": {
+    bound_mm?: number | null;
+    revision?: number | null;
+  };
+  "route.breathing": {
+    breathing_mm: number;
+    revision?: number | null;
+  };
+  "route.delete": {
+    route_id: string;
+    revision?: number | null;
+  };
+  "route.end": {
+    at: [number, number, number];
+    revision?: number | null;
+  };
+  "route.entry": {
+    at: [number, number, number];
+    revision?: number | null;
+  };
+  "route.lock": {
+    route_id: string;
+    locked: boolean;
+    revision?: number | null;
+  };
+  "route.new": {
+    name?: string | null;
+    revision?: number | null;
+  };
+  "route.open": {
+    route_id: string;
+  };
+  "route.pick": {
+    what: "entry" | "end" | "";
+  };
+  "route.redo": {
+    revision?: number | null;
+  };
+  "route.rename": {
+    route_id: string;
+    name: string;
+    revision?: number | null;
+  };
+  "route.restore": {
+    route_id: string;
+    revision?: number | null;
+  };
+  "route.robot": {
+    length_mm: number;
+    radius_mm: number;
+    links?: number | null;
+    revision?: number | null;
+  };
+  "route.swap": {
+    revision?: number | null;
+  };
+  "route.undo": {
+    revision?: number | null;
+  };
   "second_volume.lay": {
     case_id: string;
     transform: number[];

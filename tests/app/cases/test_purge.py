@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.cases.model import HEAD_PHANTOM
+from app.cases.model import HEAD_PHANTOM, SHIPPED
 from app.cases.service import Case, CaseFrame
 from app.cli import main
 from app.kit.errors import NotFound
@@ -95,7 +95,7 @@ def test_nothing_of_a_head_is_left(services: Services, capsys: pytest.CaptureFix
     assert len(services.plans.list(other.id)) == 1
     for item in other.structures:
         assert len(services.cases.structure_mesh(other.id, item.id).faces) > 100
-    assert [case.id for case in services.cases.list(include_deleted=True)] == [HEAD_PHANTOM, other.id]
+    assert [case.id for case in services.cases.list(include_deleted=True)] == [*SHIPPED, other.id]
     assert main(["case", "purge", other.id, "--yes"]) == 0
     for text in ("Canary", "Another"):
         assert found(home, text.encode()) == []
@@ -189,7 +189,7 @@ def test_a_planner_that_is_killed_at_it_leaves_nothing_half_there(services: Serv
     assert done.returncode == -signal.SIGKILL, done.stderr.decode()
     again = build_services(Settings.from_environment())
     try:
-        assert [case.id for case in again.cases.list()] == [HEAD_PHANTOM, other.id]
+        assert [case.id for case in again.cases.list()] == [*SHIPPED, other.id]
         left = [item.source.removeprefix("sha256:") for item in gone.surfaces]
         shared = {item.source.removeprefix("sha256:") for item in other.surfaces}
         again.sweep()

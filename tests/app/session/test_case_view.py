@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from session_doubles import HEAD, Later, other_case
 
+from app.cases.model import COLON_PHANTOM
 from app.services import Services
 from app.workspace.case_view import CaseView
 from app.workspace.slice_view import SliceView
@@ -17,6 +18,10 @@ def test_a_deleted_embedded_head_is_not_opened(phantom_services: Services) -> No
     try:
         view = CaseView(services, Later(), lambda request: None)
         view.open_first(None)
+        assert view.case_id == COLON_PHANTOM  # the first that is left
+        services.cases.delete(COLON_PHANTOM)
+        view = CaseView(services, Later(), lambda request: None)
+        view.open_first(None)
         assert view.case_id is None
         other = other_case(services)
         view.open_first(HEAD)
@@ -24,6 +29,7 @@ def test_a_deleted_embedded_head_is_not_opened(phantom_services: Services) -> No
         services.cases.delete(other.id)
     finally:
         services.cases.restore(HEAD)
+        services.cases.restore(COLON_PHANTOM)
 
 
 def test_slices_stay_inside_the_volume() -> None:

@@ -48,7 +48,8 @@ def test_a_case_offers_the_tabs_of_its_kind(session: ClientSession, lumen: str) 
     assert (session._display.tab_section().get("offered"), session.active.spec.name) == (ALL, "rehearse")
     session.workspace.open_case(lumen)
     section = session._display.tab_section()
-    assert (section["name"], section["available"], section.get("offered")) == ("patient", ["patient"], ["patient"])
+    assert (section["name"], section["available"]) == ("patient", ["patient", "route", "drive"])
+    assert section["offered"] == section["available"]
     assert session.workspace.plan.current is None
     assert session.workspace.services.plans.titles(lumen) == ()
     with pytest.raises(InputError, match="‘Plan’ is not for this kind of case"):

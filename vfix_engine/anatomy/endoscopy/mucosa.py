@@ -22,12 +22,15 @@ _NEAR = np.array([1.0, 0.9, 0.7, 0.4, 0.2])  # weight of bone at these depths
 _BONE_HU = (150.0, 650.0)  # from which on it counts as bone, in part and wholly
 _PALER, _DEEPER = 0.75, 0.55  # shares of the other colours
 _SPOTS_MM, _SPOTS = (5.0, 1.6), 0.06  # sizes of the mottle, and its standard deviation
+_COLON, _COLON_SPOTS_MM, _COLON_SPOTS = (0.90, 0.60, 0.50), (14.0, 5.0), 0.07
 
 
-def openness(surface: AirSurface, *, rays: int = RAYS, progress: ProgressCallback = no_progress) -> Array:
+def openness(
+    surface: AirSurface, *, rays: int = RAYS, reach_mm: float = REACH_MM, progress: ProgressCallback = no_progress
+) -> Array:
     """Share (V,) of the light from all sides that reaches each vertex: ambient occlusion, 1 where nothing is near.
 
-    Rays are weighted by the cosine to the normal; a wall at a distance d of up to `REACH_MM` leaves √(d / reach).
+    Rays are weighted by the cosine to the normal; a wall at a distance d of up to reach_mm leaves √(d / reach).
     """
     wall = Wall(surface.mesh)
     normals = surface.normals
@@ -37,7 +40,7 @@ def openness(surface: AirSurface, *, rays: int = RAYS, progress: ProgressCallbac
     for number, (x, y, z) in enumerate(_cosine_directions(rays)):
         progress("Finding how light reaches each place", number / rays)
         distance, _ = wall.seen(start, x * first + y * second + z * normals)
-        found += np.sqrt(np.minimum(distance / REACH_MM, 1.0))
+        found += np.sqrt(np.minimum(distance / reach_mm, 1.0))
     return found / rays
 
 
@@ -51,9 +54,20 @@ def colours(volume: Volume, surface: AirSurface) -> Array:
     deeper = _DEEPER * (1.0 - bone.max(axis=0))
     lining = np.array(_LINING)
     mixed = lining + (np.array(_OVER_BONE) - lining) * paler[:, None] + (np.array(_THICK) - lining) * deeper[:, None]
-    spots = np.mean([_noise(places, size, seed) for seed, size in enumerate(_SPOTS_MM)], axis=0)
+    return _mottled(places, mixed, _SPOTS_MM, _SPOTS)
+
+
+def lumen_colours(surface: AirSurface) -> Array:
+    """Colours (V, 3) in sRGB from 0 to 1 of the wall of a lumen, of which no CT says more."""
+    places = surface.mesh.vertices
+    return _mottled(places, np.tile(_COLON, (len(places), 1)), _COLON_SPOTS_MM, _COLON_SPOTS)
+
+
+def _mottled(places: Array, colours: Array, sizes_mm: tuple[float, ...], deviation: float) -> Array:
+    """Colours (V, 3) with spots of these sizes, the redder the darker."""
+    spots = np.mean([_noise(places, size, seed) for seed, size in enumerate(sizes_mm)], axis=0)
     redder = np.stack([np.ones_like(spots), 1.0 - 0.07 * spots, 1.0 - 0.07 * spots], axis=-1)
-    found: Array = np.clip(mixed * (1.0 + _SPOTS * spots)[:, None] * redder, 0.0, 1.0)
+    found: Array = np.clip(colours * (1.0 + deviation * spots)[:, None] * redder, 0.0, 1.0)
     return found
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from ...arrays import Array
 from ...runtime.snapshot import Snapshot
 
@@ -39,3 +41,26 @@ class SnakeSnapshot(Snapshot):
     tissue_age_s: float
     following: bool
     looked_deg: Array
+
+    @property
+    def eye(self) -> Array:
+        """(3,) mm, of the camera."""
+        place: Array = self.camera[:3, 3]
+        return place
+
+    @property
+    def shaft(self) -> Array:
+        """(3,) unit vector, the way that the camera looks."""
+        ahead: Array = self.camera[:3, 2]
+        return ahead
+
+    @property
+    def side(self) -> Array:
+        """(3,) unit vector, up in the camera's picture."""
+        up: Array = -self.camera[:3, 1]
+        return up
+
+    @property
+    def guidance_force(self) -> Array:
+        """(3,) N, ``guidance`` as ``forces`` are told."""
+        return np.append(self.guidance, 0.0)

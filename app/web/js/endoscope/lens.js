@@ -4,7 +4,7 @@ import { cross, dot, minus, plus, unit } from "../slices/vectors.js";
 
 /** What the shaft says: its tip, the way it points, and the side that a tilted lens looks to. @typedef {{ tip: Triple, shaft: Triple, side: Triple }} ScopePose */
 /** angle: tilt of the lens. turn: of the lens about the shaft. level: keep the head upright. @typedef {{ angle: number, turn: number, level: boolean }} LensSettings in degrees */
-/** right, above, ahead: of the picture. toClip: column by column, for WebGL. @typedef {{ eye: Triple, right: Triple, above: Triple, ahead: Triple, toClip: Float32Array }} Lens */
+/** right, above, ahead: of the picture. toClip: column by column, for WebGL. @typedef {{ eye: Triple, right: Triple, above: Triple, ahead: Triple, far: number, toClip: Float32Array }} Lens */
 
 export const ANGLES = [0, 30, 45, 70];
 export const FIELD = 70; // degrees across the round picture
@@ -20,9 +20,10 @@ const RADIANS = Math.PI / 180;
 /**
  * @param {ScopePose} pose
  * @param {LensSettings} settings
+ * @param {number} [far] mm beyond which nothing is in the picture
  * @returns {Lens}
  */
-export function lensOf({ tip, shaft, side }, { angle, turn, level }) {
+export function lensOf({ tip, shaft, side }, { angle, turn, level }, far = FAR) {
   const along = unit(shaft);
   const start = unit(plus(side, along, -dot(side, along)));
   const across = cross(along, start);
@@ -32,7 +33,7 @@ export function lensOf({ tip, shaft, side }, { angle, turn, level }) {
   const own = plus(scale(toSide, c), along, -s); // up in the picture, as the scope is turned
   const right = unit(cross(ahead, level ? levelled(ahead, own) : own));
   const above = cross(right, ahead);
-  return { eye: tip, right, above, ahead, toClip: clipMatrix(tip, right, above, ahead) };
+  return { eye: tip, right, above, ahead, far, toClip: clipMatrix(tip, right, above, ahead, far) };
 }
 
 /**
@@ -52,13 +53,14 @@ function levelled(ahead, own) {
  * @param {Triple} right
  * @param {Triple} above
  * @param {Triple} ahead
+ * @param {number} far
  */
-function clipMatrix(eye, right, above, ahead) {
+function clipMatrix(eye, right, above, ahead, far) {
   const f = 1 / Math.tan((FIELD / 2) * RADIANS);
-  const depth = (FAR + NEAR) / (FAR - NEAR);
+  const depth = (far + NEAR) / (far - NEAR);
   const rows = [scale(right, f), scale(above, f), scale(ahead, depth), ahead];
   const shifts = rows.map((row) => -dot(row, eye));
-  shifts[2] -= (2 * FAR * NEAR) / (FAR - NEAR);
+  shifts[2] -= (2 * far * NEAR) / (far - NEAR);
   return new Float32Array([0, 1, 2].flatMap((axis) => rows.map((row) => row[axis])).concat(shifts));
 }
 

@@ -21,7 +21,7 @@ const HALF = Math.atan(Math.SQRT2 * Math.tan((FIELD / 360) * Math.PI)); // of th
 export function readMesh(data) {
   const [magic, version, count, triangles, clusters] = data.byteLength < HEADER ? [0] : new Uint32Array(data, 0, 5);
   const at = HEADER + 20 * count;
-  if (magic !== MAGIC || version !== VERSION || data.byteLength !== at + 12 * triangles + 24 * clusters) throw new Error("The surface of the airway is damaged.");
+  if (magic !== MAGIC || version !== VERSION || data.byteLength !== at + 12 * triangles + 24 * clusters) throw new Error("The surface for the endoscope is damaged.");
   return {
     count,
     vertices: new Uint8Array(data, HEADER, 20 * count),
@@ -34,10 +34,10 @@ export function readMesh(data) {
  * First corner and number of corners of the clusters whose balls touch the cone of sight, the nearest first: what they
  * hide costs no shading then.
  * @param {Float32Array} clusters
- * @param {Pick<Lens, "eye" | "ahead">} lens
+ * @param {Pick<Lens, "eye" | "ahead"> & { far?: number }} lens
  * @returns {[number, number][]}
  */
-export function inSight(clusters, { eye, ahead }) {
+export function inSight(clusters, { eye, ahead, far = FAR }) {
   const [sine, cosine] = [Math.sin(HALF), Math.cos(HALF)];
   /** @type {[number, number, number][]} */
   const seen = [];
@@ -45,7 +45,7 @@ export function inSight(clusters, { eye, ahead }) {
     const [x, y, z, radius] = [clusters[i + 2] - eye[0], clusters[i + 3] - eye[1], clusters[i + 4] - eye[2], clusters[i + 5]];
     const along = x * ahead[0] + y * ahead[1] + z * ahead[2];
     const off = Math.sqrt(Math.max(0, x * x + y * y + z * z - along * along));
-    if (along > -radius && along < FAR + radius && off * cosine - along * sine < radius) seen.push([clusters[i], clusters[i + 1], along - radius]);
+    if (along > -radius && along < far + radius && off * cosine - along * sine < radius) seen.push([clusters[i], clusters[i + 1], along - radius]);
   }
   return seen.sort((a, b) => a[2] - b[2]).map(([first, corners]) => [first, corners]);
 }

@@ -7,14 +7,14 @@ const TOO_MANY = 4503;
 
 export class PoseChannel {
   /**
-   * @param {(pose: ScopePose) => void} came
+   * @param {(pose: ScopePose, row: (name: string) => number) => void} came row: any number of it by its name
    * @param {(words: string) => void} say why there are no poses; '' where there are
    */
   constructor(came, say) {
     this.came = came;
     this.say = say;
-    /** @type {string | null} id of the plan whose drive is followed */
-    this.plan = null;
+    /** @type {string | null} address of the drive that is followed */
+    this.address = null;
     /** @type {WebSocket | null} */
     this.socket = null;
     /** @type {number | undefined} */
@@ -22,43 +22,53 @@ export class PoseChannel {
   }
 
   /**
-   * Follow the drive of a plan; null follows none.
-   * @param {string | null} plan
+   * Follow a drive; null follows none.
+   * @param {string | null} address
    */
-  follow(plan) {
-    if (plan === this.plan) return;
-    this.plan = plan;
+  follow(address) {
+    if (address === this.address) return;
+    this.address = address;
     this.say("");
     clearTimeout(this.timer);
     this.socket?.close();
     this.socket = null;
-    if (plan !== null) this.open(plan);
+    if (address !== null) this.open(address);
   }
 
-  /** @param {string} plan */
-  open(plan) {
+  /** @param {string} address */
+  open(address) {
     const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const socket = new WebSocket(`${scheme}://${location.host}/api/v1/steps/rehearse/poses?plan=${encodeURIComponent(plan)}`);
+    const socket = new WebSocket(`${scheme}://${location.host}${address}`);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
     /** @type {((row: Float64Array) => ScopePose) | null} */
     let read = null;
+    /** @type {string[]} */
+    let fields = [];
     socket.addEventListener("message", ({ data }) => {
       if (socket !== this.socket) return;
-      if (typeof data === "string") read = readerOf(JSON.parse(data).fields);
-      else if (read) this.take(read(new Float64Array(data)));
+      if (typeof data === "string") {
+        fields = JSON.parse(data).fields;
+        read = readerOf(fields);
+      } else if (read) {
+        const row = new Float64Array(data);
+        this.take(read(row), (name) => row[fields.indexOf(name)]);
+      }
     });
     socket.addEventListener("close", ({ code }) => {
       if (socket !== this.socket) return;
       this.say(code === TOO_MANY ? "Too many programs read the tool’s poses." : "Poses do not arrive.");
-      this.timer = setTimeout(() => { if (socket === this.socket) this.open(plan); }, AGAIN_MS);
+      this.timer = setTimeout(() => { if (socket === this.socket) this.open(address); }, AGAIN_MS);
     });
   }
 
-  /** @param {ScopePose} pose */
-  take(pose) {
+  /**
+   * @param {ScopePose} pose
+   * @param {(name: string) => number} row
+   */
+  take(pose, row) {
     this.say("");
-    this.came(pose);
+    this.came(pose, row);
   }
 }
 
@@ -67,7 +77,8 @@ export class PoseChannel {
  * @param {string[]} fields
  */
 export function readerOf(fields) {
-  const first = /** @type {const} */ (["tip", "shaft", "side"]).map((name) => fields.indexOf(`${name}_x`));
+  const eye = fields.includes("eye_x") ? "eye" : "tip"; // a camera may lie ahead of the tip
+  const first = [eye, "shaft", "side"].map((name) => fields.indexOf(`${name}_x`));
   if (first.includes(-1)) throw new Error("The planner's poses have no shaft.");
   return (/** @type {Float64Array} */ row) => {
     const [tip, shaft, side] = first.map((at) => /** @type {Triple} */ ([row[at], row[at + 1], row[at + 2]]));

@@ -23,7 +23,7 @@ export class ScopeTools {
     this.saveButton = iconButton("download", "Save this picture", save, { id: "scope-save", disabled: true });
     this.element = h("div", { class: "scope-tools" }, h("div", { class: "segmented", role: "group", "aria-label": "Tilt of the lens" }, this.angleButtons), this.levelButton, this.saveButton);
     picture.addEventListener("pointerdown", (event) => picture.setPointerCapture(event.pointerId));
-    picture.addEventListener("pointermove", (event) => { if (picture.hasPointerCapture(event.pointerId)) this.turn(this.settings.turn + TURN_PER_PX * event.movementX); });
+    picture.addEventListener("pointermove", (event) => { if (!this.element.hidden && picture.hasPointerCapture(event.pointerId)) this.turn(this.settings.turn + TURN_PER_PX * event.movementX); });
     picture.addEventListener("dblclick", () => this.turn(0));
     picture.addEventListener("keydown", (event) => this.key(event));
     this.show();
@@ -47,7 +47,7 @@ export class ScopeTools {
   /** @param {KeyboardEvent} event */
   key(event) {
     const way = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
-    if (!way || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (!way || this.element.hidden || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
     this.turn(this.settings.turn + way * TURN_KEY);
   }

@@ -13,7 +13,7 @@ void main() { place = position; facing = normal; tissue = colour; gl_Position = 
 const COMMON = `precision highp float;
 in vec3 place; in vec3 facing; in vec4 tissue;
 uniform vec3 eye; uniform vec3 ahead; uniform vec3 lights[2];
-uniform float reach; uniform float exposure; uniform vec3 wrap; uniform float shine; uniform float fog; uniform float relief; uniform vec3 tint;
+uniform float reach; uniform float near; uniform float exposure; uniform vec3 wrap; uniform float shine; uniform float fog; uniform float relief; uniform vec3 tint;
 out vec4 drawn;
 const vec3 IN_TISSUE = vec3(0.14, 0.02, 0.02);  // back faces: the lens is in tissue, and shows no hole
 vec3 shown(vec3 light) { return pow(1.0 - exp(-exposure * light * tint), vec3(1.0 / 2.2)); }
@@ -23,7 +23,7 @@ const LEAN = `void main() {
   if (!gl_FrontFacing) { drawn = vec4(IN_TISSUE, 1.0); return; }
   vec3 n = normalize(facing), v = eye - place;
   float far2 = dot(v, v), reach2 = reach * reach; v *= inversesqrt(far2);
-  float open = tissue.a * tissue.a, fall = reach2 / (far2 + 0.06 * reach2);
+  float open = tissue.a * tissue.a, fall = reach2 / (far2 + near * reach2);
   float soft = clamp((dot(n, v) + 0.2) / 1.2, 0.0, 1.0), s2 = soft * soft, s4 = s2 * s2;
   vec3 light = tissue.rgb * tissue.rgb * fall * (0.85 * s2 * mix(0.55, 1.0, open) + 0.08 * open) + 0.02 * shine * fall * open * s4 * s4;
   drawn = vec4(shown(light), 1.0);
@@ -53,7 +53,7 @@ void main() {
   for (int i = 0; i < 2; i++) {
     vec3 l = lights[i] - place; float d2 = dot(l, l); l *= inversesqrt(d2);
     float cone = smoothstep(0.62, 0.97, dot(-l, ahead)) * 0.75 + 0.25;
-    float fall = 0.5 * cone * reach2 / (d2 + 0.06 * reach2);
+    float fall = 0.5 * cone * reach2 / (d2 + near * reach2);
     vec3 soft = clamp((vec3(dot(n, l)) + wrap) / (1.0 + wrap), 0.0, 1.0);
     vec3 h = normalize(l + v); float nh = max(dot(n, h), 0.0), edge = pow(1.0 - max(dot(v, h), 0.0), 5.0);
     lit += fall * soft * soft;

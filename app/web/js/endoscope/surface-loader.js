@@ -9,7 +9,7 @@ export class SurfaceLoader {
   constructor(loaded) {
     this.loaded = loaded;
     this.key = ""; // of what is loaded, or being made
-    this.plan = "";
+    this.address = "";
     this.etag = ""; // of what is loaded
     this.job = new JobLine();
     this.words = h("p", { class: "words", role: "status" });
@@ -18,15 +18,15 @@ export class SurfaceLoader {
   }
 
   /**
-   * Load the surface of a plan, unless that is the one which is there.
-   * @param {string} plan its id
-   * @param {string} key another for other places
+   * Load a surface, unless that is the one which is there.
+   * @param {string} address of the planner, which makes it by POST and has it by GET
+   * @param {string} key another for another surface
    */
-  want(plan, key) {
+  want(address, key) {
     if (key === this.key) return;
-    if (plan !== this.plan) this.drop("");
+    if (address !== this.address) this.drop("");
     this.key = key;
-    this.plan = plan;
+    this.address = address;
     this.make();
   }
 
@@ -44,8 +44,7 @@ export class SurfaceLoader {
   }
 
   async make() {
-    const { key, plan } = this;
-    const address = `/api/v1/plans/${encodeURIComponent(plan)}/endoscope`;
+    const { key, address } = this;
     say(this.words, "");
     this.againButton.hidden = true;
     try {

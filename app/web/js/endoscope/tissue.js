@@ -7,7 +7,6 @@ import { TISSUE_VERTEX } from "./shaders.js";
 /** @import { MeshFile } from "./mesh-file.js" */
 /** @import { Program } from "./programs.js" */
 
-const LIGHT_MM = 1.2; // of each of the two lights beside the lens
 
 export class Tissue {
   /**
@@ -38,8 +37,8 @@ export class Tissue {
     gl.uniformMatrix4fv(at("toClip"), false, lens.toClip);
     gl.uniform3fv(at("eye"), lens.eye);
     gl.uniform3fv(at("ahead"), lens.ahead);
-    gl.uniform3fv(at("lights"), [1, -1].flatMap((side) => lens.eye.map((value, axis) => value + side * LIGHT_MM * lens.right[axis])));
-    for (const name of /** @type {const} */ (["reach", "exposure", "shine", "fog", "relief"])) gl.uniform1f(at(name), look[name]);
+    gl.uniform3fv(at("lights"), [1, -1].flatMap((side) => lens.eye.map((value, axis) => value + side * look.lights * lens.right[axis])));
+    for (const name of /** @type {const} */ (["reach", "near", "exposure", "shine", "fog", "relief"])) gl.uniform1f(at(name), look[name]);
     for (const name of /** @type {const} */ (["wrap", "tint"])) gl.uniform3fv(at(name), look[name]);
     gl.bindVertexArray(this.held.array);
     for (const [first, corners] of inSight(this.clusters, lens)) gl.drawElements(gl.TRIANGLES, corners, gl.UNSIGNED_INT, 4 * first);

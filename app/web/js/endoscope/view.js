@@ -8,11 +8,14 @@ import { replay } from "../replay.js";
 import { saveBlob } from "../rest.js";
 import { say } from "../said.js";
 import { length, minus } from "../slices/vectors.js";
+import { CameraHand } from "./camera-hand.js";
 import { lensOf } from "./lens.js";
-import { NOSE } from "./looks.js";
+import { GuidanceArc } from "./guidance-arc.js";
+import { LOOKS } from "./looks.js";
 import { NearnessCues } from "./nearness-cues.js";
 import { PoseChannel } from "./pose-channel.js";
 import { Renderer } from "./renderer.js";
+import { scopeOf } from "./scope.js";
 import { ScopeTools } from "./scope-tools.js";
 import { SurfaceLoader } from "./surface-loader.js";
 
@@ -20,17 +23,20 @@ import { SurfaceLoader } from "./surface-loader.js";
 /** @import { ToolPoses } from "../slices/tool-poses.js" */
 /** @import { Triple } from "../slices/grid.js" */
 /** @import { ViewModel } from "../types.js" */
-/** @import { Lens, ScopePose } from "./lens.js" */
+/** @import { Keys } from "../keys.js" */
+/** @import { Lens, LensSettings, ScopePose } from "./lens.js" */
+/** @import { Look } from "./looks.js" */
 
-/** planned: the tool in the plan's dry run. swap: show it large, or small. @typedef {{ planned: () => ToolPoses, swap: () => void }} Page */
+/** planned: the tool in the plan's dry run. swap: show it large, or small. @typedef {{ planned: () => ToolPoses, swap: () => void, keys: Keys }} Page */
 
-const OF_ANOTHER = "This run is of another plan. Open that plan.";
 const LIVE = ["ready", "running", "paused"];
 const STILL_MS = 400; // without a motion the picture is drawn in full
 const MOVING_PX = 320; // of a picture that moves, without a graphics card
 const MOST_PX = [420, 1600]; // of any, without and with one
 const MOVED = 1e-5; // mm, or a unit vector
 const DROPPED = "The graphics card dropped the picture.";
+/** A camera that the hand turns has no lens to turn. @type {LensSettings} */
+const AS_IT_IS = { angle: 0, turn: 0, level: false };
 const TOWARDS_HEAD = /** @type {Triple} */ ([0, 0, 1]);
 
 export class EndoscopeView {
@@ -48,6 +54,8 @@ export class EndoscopeView {
       class: "scope-picture", tabIndex: 0, role: "img", "aria-label": "Picture of the endoscope; ← and → turn its lens", title: "Drag turns the lens; double-click turns it back",
     });
     this.tools = new ScopeTools(this.canvas, (moves) => this.seenAnew(moves), () => this.save());
+    this.hand = new CameraHand(this.canvas, connection, page.keys);
+    this.arc = new GuidanceArc();
     this.cues = new NearnessCues();
     this.tools.saveButton.before(...this.cues.buttons);
     this.swapButton = h("button", { type: "button", class: "icon plain scope-swap", id: "scope-swap", onclick: () => page.swap() }, icon("large"));
@@ -69,9 +77,9 @@ export class EndoscopeView {
     /** @type {number | undefined} */
     this.stillTimer = undefined;
     this.changedPlan = whenChanged();
-    this.channel = new PoseChannel((pose) => this.came(pose), (words) => this.told(words));
+    this.channel = new PoseChannel((pose, row) => this.came(pose, row), (words) => this.told(words));
     this.surface = new SurfaceLoader((data) => this.loaded(data));
-    root.replaceChildren(this.canvas, this.cues.vignette, this.tools.element, this.swapButton, this.nearness.element, h("p", { class: "scope-foot" }, this.source, this.channelWords), this.surface.element);
+    root.replaceChildren(this.canvas, this.cues.vignette, this.arc.element, this.tools.element, this.swapButton, this.nearness.element, h("p", { class: "scope-foot" }, this.source, this.channelWords), this.surface.element);
     this.canvas.addEventListener("webglcontextlost", (event) => this.lose(event));
     this.canvas.addEventListener("webglcontextrestored", () => this.recover());
     replay.addEventListener("change", () => this.played());
@@ -81,7 +89,7 @@ export class EndoscopeView {
 
   /** @param {string} layout */
   laidOut(layout) {
-    this.visible = layout === "endoscope" || layout === "endoscope-beside";
+    this.visible = layout.startsWith("endoscope");
     const swap = layout === "endoscope" ? "Show 3D large (E)" : "Show the endoscope large (E)";
     this.swapButton.title = swap;
     this.swapButton.setAttribute("aria-label", swap);
@@ -91,8 +99,12 @@ export class EndoscopeView {
   /** @param {ViewModel} state */
   update(state) {
     const { plan, rehearsal, curve, driven, step } = state;
-    const live = this.visible && step?.name === "rehearse" && LIVE.includes(rehearsal?.state ?? "");
-    this.channel.follow(live && plan ? plan.id : null);
+    const live = this.visible && step?.input === "drive" && LIVE.includes(rehearsal?.state ?? "");
+    const scope = scopeOf(state, replay.tools[0]?.plan);
+    this.channel.follow(live && scope.poses ? scope.poses : null);
+    this.hand.follow(state, scope.hand && this.visible);
+    this.tools.element.hidden = scope.hand;
+    this.arc.element.hidden = !scope.hand;
     if (!live) this.driven = null;
     this.cues.update(state, this.visible && this.connection.connected && !document.hidden);
     if (!this.visible) return;
@@ -124,30 +136,32 @@ export class EndoscopeView {
    * Ask for what the picture is made of; false where that cannot be.
    * @param {ViewModel} state
    */
-  prepare({ case: head, plan, regions }) {
-    const removed = (regions?.items ?? []).filter(({ purpose }) => purpose === "remove").map(({ shape }) => shape);
-    const places = [...plan?.points ?? [], ...plan?.targets ?? []].map(({ position }) => position);
+  prepare(state) {
+    const { words, surface, key, look } = scopeOf(state, replay.tools[0]?.plan);
     if (this.lost) this.surface.drop(DROPPED);
-    else if (!head || !plan) this.surface.drop(head ? "No plan is open." : "No head is open.");
-    else if (!head.has_volume) this.surface.drop("No CT, so no endoscope. Import this head’s CT in Patient.");
-    else if (replay.tools[0] && replay.tools[0].plan !== plan.id) this.surface.drop(OF_ANOTHER);
-    else if (!plan.points.length) this.surface.drop("No path yet. Add one in Plan.");
-    else if (this.start()) {
-      this.surface.want(plan.id, JSON.stringify([plan.id, places, removed]));
+    else if (words) this.surface.drop(words);
+    else if (this.start(LOOKS[look])) {
+      this.surface.want(surface, key);
       return true;
     }
     return false;
   }
 
-  /** The renderer, made when it is first needed. */
-  start() {
-    if (this.renderer) return true;
+  /**
+   * The renderer, made when it is first needed.
+   * @param {Look} look
+   */
+  start(look) {
+    if (this.renderer) {
+      this.renderer.look = look;
+      return true;
+    }
     if (this.broken) {
       this.surface.drop(this.broken);
       return false;
     }
     try {
-      this.renderer = new Renderer(this.canvas, NOSE);
+      this.renderer = new Renderer(this.canvas, look);
     } catch (error) {
       this.fail(/** @type {Error} */ (error).message);
     }
@@ -194,7 +208,10 @@ export class EndoscopeView {
    * @param {ViewModel} state
    * @returns {ScopePose | null}
    */
-  plannedPose({ corridor, curve }) {
+  plannedPose(state) {
+    const { pose, hand } = scopeOf(state, replay.tools[0]?.plan);
+    if (hand) return pose;
+    const { corridor, curve } = state;
     const s = corridor?.shown_mm ?? 0;
     const [first, second] = curve?.points ?? [];
     const part = this.page.planned().at(s)?.segments[0];
@@ -204,9 +221,13 @@ export class EndoscopeView {
     return { tip: first, shaft, side: sideOf(shaft) };
   }
 
-  /** @param {ScopePose} pose of the drive */
-  came(pose) {
+  /**
+   * @param {ScopePose} pose of the drive
+   * @param {(name: string) => number} row
+   */
+  came(pose, row) {
     this.driven = pose;
+    if (!this.arc.element.hidden) this.arc.push(row("guidance_force_x"), row("guidance_force_y"), row("t_s"));
     this.show(pose);
     say(this.source, "");
   }
@@ -235,7 +256,7 @@ export class EndoscopeView {
 
   /** @returns {Lens | null} */
   get lens() {
-    return this.pose && lensOf(this.pose, this.tools.settings);
+    return this.pose && lensOf(this.pose, this.hand.on ? AS_IT_IS : this.tools.settings, this.renderer?.look.far);
   }
 
   schedule() {
@@ -270,7 +291,7 @@ export class EndoscopeView {
     if (!renderer?.tissue || !lens) return;
     const { angle } = this.tools.settings;
     try {
-      saveBlob(await renderer.picture(lens, `Drawn from a CT, ${angle}° lens. Not for clinical use.`), `endoscope-${angle}.png`);
+      saveBlob(await renderer.picture(lens, this.hand.on ? "Drawn from a surface. Not for clinical use." : `Drawn from a CT, ${angle}° lens. Not for clinical use.`), `endoscope-${angle}.png`);
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });
     }

@@ -1,0 +1,85 @@
+"""What is computed of a route through a lumen: the centreline, and how wide and how long its pathway is."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from fastapi import APIRouter
+from pydantic import BaseModel
+
+from app.api.dependencies import ERRORS, Identifier, ServicesDep
+from app.api.jobs import JobPublic
+from app.kit.errors import NotFound
+from app.lumen.paths import RoutePath
+from app.plans.model import NOTICE
+from vfix_engine.arrays import Array
+
+router = APIRouter(prefix="/routes/{route_id}/path", tags=["routes"], responses=ERRORS)
+
+_Triple = tuple[float, float, float]
+
+
+class RoutePathPublic(BaseModel):
+    """The pathway of a route; lengths in mm, places in LPS mm.
+
+    links: of the robot. reach_mm: how deep its tip comes; limit, reach_words: what ends its way; offers: what would
+    come deeper, in words. least_mm, least_at_mm: the least radius, and where along the pathway.
+    s_mm, radius_mm, wall_mm: along it, its radius and the distance from the centreline to the wall.
+    centreline: places 1 mm apart.
+    """
+
+    route: str
+    length_mm: float
+    links: int
+    reach_mm: float
+    limit: Literal["end", "links", "narrow", "bound", "shape"]
+    reach_words: str
+    offers: list[str]
+    least_mm: float
+    least_at_mm: float
+    s_mm: list[float]
+    radius_mm: list[float]
+    wall_mm: list[float]
+    centreline: list[_Triple]
+    notice: str
+
+
+@router.post("", status_code=202)
+def compute_route_path(route_id: Identifier, services: ServicesDep) -> JobPublic:
+    """Compute the pathway of a route as a job; one that was computed before is taken."""
+    routes = services.lumen_routes
+    return JobPublic.of(routes.paths.start(routes.documents.get(route_id)))
+
+
+@router.get("")
+def route_path(route_id: Identifier, services: ServicesDep) -> RoutePathPublic:
+    """The pathway of a route as it is now, which `POST` computes; 404 until then."""
+    routes = services.lumen_routes
+    path = routes.paths.known(routes.documents.get(route_id))
+    if path is None:
+        raise NotFound("the pathway of this route is not computed yet; POST computes it.")
+    return _public(route_id, path)
+
+
+def _public(route_id: str, path: RoutePath) -> RoutePathPublic:
+    return RoutePathPublic(
+        route=route_id,
+        length_mm=path.length_mm,
+        links=path.snake.links,
+        reach_mm=path.reach.depth_mm,
+        limit=path.reach.limit,
+        reach_words=path.reach.words,
+        offers=[offer.words for offer in path.reach.offers],
+        least_mm=path.reach.narrowest.radius_mm,
+        least_at_mm=path.reach.narrowest.at_mm,
+        s_mm=_plain(path.s_mm),
+        radius_mm=_plain(path.radius_mm),
+        wall_mm=_plain(path.wall_mm),
+        centreline=path.lumen.centreline.curve.points.round(4).tolist(),
+        notice=NOTICE,
+    )
+
+
+def _plain(values: Array) -> list[float]:
+    found: list[float] = values.round(4).tolist()
+    return found

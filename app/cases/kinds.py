@@ -1,0 +1,33 @@
+"""How each kind of case is called and shown: what differs between them on the page is declared here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from app.cases.structures import CaseKind
+
+# Parts of the Patient tab's panel that only some kinds have.
+PatientPart = Literal["structures", "threshold", "paint", "overlays"]
+
+
+@dataclass(frozen=True)
+class KindSpec:
+    """A kind of case on the page.
+
+    noun: in messages. surface: its anatomy in the scene, in one word. opacity: of that surface when a case is opened,
+    from 0 to 1; less than 1 where a person looks into it.
+    parts: of the Patient tab's panel, beside the list of cases and the import. sliced: it may have a CT, and slices.
+    """
+
+    noun: str
+    surface: str
+    opacity: float
+    parts: tuple[PatientPart, ...]
+    sliced: bool
+
+
+KINDS: dict[CaseKind, KindSpec] = {
+    "head": KindSpec("head", "Bone", 1.0, ("structures", "threshold", "paint", "overlays"), True),
+    "lumen": KindSpec("lumen", "Wall", 0.3, (), False),
+}

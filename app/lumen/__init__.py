@@ -1,0 +1,1 @@
+"""Lumens: the shipped colon, routes through a lumen as documents, and what is computed of a route."""

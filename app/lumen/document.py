@@ -1,0 +1,59 @@
+"""A route through a lumen as a document: where the robot enters, where it is going, and which robot it is."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+from app.documents import Document, struct_kind
+from app.operations.fields import Place
+from vfix_engine.robots.snake import MOST_LINKS, SnakeModel
+
+MOST_BREATHING_MM = 20.0
+
+Links = Annotated[int, Meta(ge=1, le=min(MOST_LINKS, 120))]
+LinkLength = Annotated[float, Meta(ge=1.0, le=100.0)]  # [mm]
+LinkRadius = Annotated[float, Meta(ge=0.5, le=30.0)]  # [mm]
+Bound = Annotated[float, Meta(ge=0.1, le=50.0)]  # [mm]
+Amplitude = Annotated[float, Meta(ge=0.0, le=MOST_BREATHING_MM)]  # [mm]
+
+
+class Route(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A route, LPS mm.
+
+    entry, end: places in the lumen or on its wall; None until they are chosen.
+    links: of the robot; None: as many as the way to the end needs. length_mm, radius_mm: of each link.
+    bound_mm: how far a link may leave its pathway (Kwok 2013, b_i of eq. 17); None: by the lumen's radius, 8 mm at
+        most. breathing_mm: amplitude of the tissue's motion along the body's axis; 0: it is still.
+    """
+
+    entry: Place | None = None
+    end: Place | None = None
+    links: Links | None = None
+    length_mm: LinkLength = 28.0
+    radius_mm: LinkRadius = 6.0
+    bound_mm: Bound | None = None
+    breathing_mm: Amplitude = 0.0
+
+    def robot(self) -> SnakeModel:
+        """One link of the robot, or as many as are given. Raises RobotError where the lengths fit no robot."""
+        return SnakeModel(self.links or 1, length_mm=self.length_mm, radius_mm=self.radius_mm)
+
+
+def _with_robot(route: Route) -> Route:
+    """Raises RobotError, an InputError, for lengths that fit no robot."""
+    route.robot()
+    return route
+
+
+ROUTE = struct_kind(
+    name="route",
+    noun="route",
+    schema="vfix-route/1",
+    content=Route,
+    rules=_with_robot,
+)
+
+StoredRoute = Document[Route]

@@ -1,0 +1,170 @@
+"""What is computed of a route: the centreline of the lumen, its contours and the pathway of the robot, as a job."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import threading
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from app.cases.service import CaseService
+from app.kit.cache import Cache
+from app.kit.jobs import Job, Jobs, Progress
+from app.lumen.document import Route, StoredRoute
+from vfix_engine.arrays import Array
+from vfix_engine.errors import InputError
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.robots.snake import SnakeModel
+
+if TYPE_CHECKING:  # slow to load, and a planner without a lumen needs none of it
+    from vfix_engine.pathway.pathway import Contours, TissueMotion
+    from vfix_engine.worlds.snake import DriveSettings
+    from vfix_engine.worlds.snake.lumen import Lumen
+    from vfix_engine.worlds.snake.reach import Reach
+
+KEPT = 8  # routes whose pathway stays in memory
+RING_MM = 15.0  # between two contours that are drawn
+RADIUS_STEP_MM = 5.0  # between two radii of the plot
+_CORNERS = 24  # of the rim of a circle
+_BODY_AXIS = (0.0, 0.0, 1.0)
+_FALLOFF_MM = 200.0  # from the entry, which is fixed
+_MAKING = threading.Lock()  # one at a time: each takes two cores and up to a gigabyte
+
+
+@dataclass(frozen=True, eq=False)
+class RoutePath:
+    """A route as it is driven.
+
+    lumen: centreline, curve and pathway; snake: the whole robot; tissue: None where it is still.
+    s_mm (n,), radius_mm (n,), wall_mm (n,): along the pathway, its least radius and the distance to the wall.
+    reach: how deep the robot comes, and what would come deeper. surface: of the pathway, at rest.
+    """
+
+    lumen: Lumen
+    snake: SnakeModel
+    settings: DriveSettings
+    tissue: TissueMotion | None
+    s_mm: Array
+    radius_mm: Array
+    wall_mm: Array
+    reach: Reach
+    surface: TriangleMesh
+
+    @property
+    def length_mm(self) -> float:
+        """Of the pathway."""
+        return float(self.lumen.pathway.length)
+
+    def rings(self, every_mm: float = RING_MM) -> list[Array]:
+        """Closed rims (m, 3) of contours at rest, LPS mm, about so far apart."""
+        contours = self.lumen.pathway.moved(None).contours()
+        last, found = -math.inf, []
+        for index, s in enumerate(contours.s):
+            if s - last >= every_mm:
+                last = float(s)
+                found.append(_rim(contours, index))
+        return found
+
+
+class RoutePaths:
+    """Computes pathways of routes, once for what they depend on. Thread-safe."""
+
+    def __init__(self, cases: CaseService, jobs: Jobs) -> None:
+        self._cases, self._jobs = cases, jobs
+        self._known: Cache[str, RoutePath] = Cache(KEPT)
+
+    def key(self, route: StoredRoute) -> str:
+        """Of what the path of a route depends on; routes with equal keys have the same. Raises NotFound."""
+        source = self._cases.get(route.case_id).content_hash
+        return hashlib.sha256(f"{source} {route.content!r}".encode()).hexdigest()
+
+    def known(self, route: StoredRoute) -> RoutePath | None:
+        """The path where it was computed before. Never waits."""
+        return self._known.peek(self.key(route))
+
+    def start(self, route: StoredRoute) -> Job:
+        """Compute it as a job. Raises NotFound, and InputError for a route without entry or end."""
+        _ends(route.content)
+
+        def work(progress: Progress) -> str:
+            self.make(route, progress)
+            return route.id
+
+        return self._jobs.submit(
+            work, kind="route", lane="route", case_id=route.case_id, subject=route.name, document_id=route.id,
+            same=self.key(route),
+        )  # fmt: skip
+
+    def wait(self, route: StoredRoute) -> RoutePath:
+        """The path, computed as a job where it is not known. Raises VfixError where there is none."""
+        if (known := self.known(route)) is not None:
+            return known
+        ended = self._jobs.wait(self.start(route).id)
+        if ended.error is not None:
+            raise ended.error
+        return self.make(route)
+
+    def make(self, route: StoredRoute, progress: Progress | None = None) -> RoutePath:
+        """Compute it here. Raises PathwayError where the route leads nowhere, and NotFound."""
+
+        def found() -> RoutePath:
+            with _MAKING:
+                if progress is not None:
+                    progress("Finding the centreline", 0.1)
+                return _path(self._cases.case_surface(route.case_id), route.content)
+
+        return self._known.get(self.key(route), found)
+
+
+def _ends(route: Route) -> tuple[Array, Array]:
+    if route.entry is None or route.end is None:
+        missing = "entry" if route.entry is None else "end"
+        raise InputError(f"the route has no {missing} yet; click on the wall, or choose a landmark.")
+    return np.array(route.entry), np.array(route.end)
+
+
+def _rim(contours: Contours, index: int) -> Array:
+    """A contour as a closed rim (n, 3), LPS mm."""
+    given = contours.radius[index]
+    angle = np.linspace(0.0, 2.0 * np.pi, _CORNERS, endpoint=False)
+    at = np.linspace(0.0, 2.0 * np.pi, len(given), endpoint=False)
+    radius = np.interp(angle, at, given, period=2.0 * np.pi)
+    first, second = contours.first[index], np.cross(contours.tangent[index], contours.first[index])
+    ray = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
+    rim = contours.centre[index] + radius[:, None] * ray
+    return np.concatenate([rim, rim[:1]])
+
+
+def drive_settings(route: Route) -> DriveSettings:
+    """The settings of a drive along a route; the view turns to the side to which a hand pulls the camera."""
+    from vfix_engine.worlds.snake import DriveSettings
+
+    return DriveSettings(bound_mm=route.bound_mm, control="view")
+
+
+def _path(mesh: TriangleMesh, route: Route) -> RoutePath:
+    from vfix_engine.pathway.pathway_surface import pathway_surface
+    from vfix_engine.pathway.tissue_motion import breathing
+    from vfix_engine.worlds.snake.lumen import lumen_between
+    from vfix_engine.worlds.snake.reach import reach_of
+
+    entry, end = _ends(route)
+    settings, model = drive_settings(route), route.robot()
+    tissue = breathing(_BODY_AXIS, route.breathing_mm, falloff_s=_FALLOFF_MM) if route.breathing_mm else None
+    lumen = lumen_between(mesh, entry, end, model, settings, tissue)
+    snake = lumen.snake(model, route.links)
+    pathway = lumen.pathway
+    s = np.linspace(0.0, pathway.length, max(2, math.ceil(pathway.length / RADIUS_STEP_MM) + 1))
+    contours = pathway.moved(None).contours()
+    line = lumen.centreline
+    along = np.linspace(0.0, pathway.length, len(line.radius))  # the pathway's contours are about that line
+    return RoutePath(
+        lumen, snake, settings, tissue, s,
+        np.interp(s, contours.s, contours.radius.min(axis=1)),
+        np.interp(s, along, line.radius),
+        reach_of(pathway, snake, settings, lumen.curve, lumen.slack, mesh=mesh),
+        pathway_surface(pathway.moved(None)),
+    )  # fmt: skip

@@ -1,0 +1,139 @@
+// Drive: start and reset, the handle, the camera, and the figures of the robot in the lumen.
+import { h } from "/static/js/dom.js";
+import { DEVICES, HandDevices } from "/static/js/devices/hand-devices.js";
+import { fixed } from "/static/js/format.js";
+import { ENLARGE, LAID_OUT } from "/static/js/layout.js";
+import { draw, hintLine, html, live, nothing, said, titled } from "/static/js/template.js";
+import { SnakeStatus } from "./status.js";
+
+/** @import { Parts } from "/static/js/panel.js" */
+/** @import { DeviceKind } from "/static/js/devices/hand-devices.js" */
+/** @import { SixAxes } from "/static/js/devices/six-axes.js" */
+/** @import { RouteSection, SnakeView, ViewModel } from "/static/js/types.js" */
+
+const LIVE = ["ready", "running", "paused"];
+/** @type {Record<string, string | undefined>} */
+const STATE_WORDS = { absent: "Not in place yet.", ready: "At the entry.", running: "Running.", paused: "Paused where it is." };
+const HELP = "In the picture: the wheel inserts and retracts 5 mm a notch, a drag moves the camera, releasing it is the clutch. Keys: W S insert and retract, A D turn to the sides. Gamepad: triggers insert, the right stick turns.";
+/** @type {Record<DeviceKind, string>} */
+const NAMES = { mouse: "Mouse", keys: "Keys", gamepad: "Gamepad", "space-mouse": "SpaceMouse" };
+
+export default class DrivePanel {
+  /** @param {Parts} parts */
+  constructor({ connection, keys }) {
+    this.connection = connection;
+    this.status = new SnakeStatus();
+    this.devices = new HandDevices(keys, (axes) => connection.send("axes", snakeAxes(axes, this.devices.kind)));
+    this.layout = "";
+    this.element = h("div", {});
+    window.addEventListener(LAID_OUT, (event) => {
+      this.layout = /** @type {CustomEvent<string>} */ (event).detail;
+      if (connection.state.step?.name === "drive") this.update(connection.state);
+    });
+    connection.on("state", ({ state }) => this.follow(state)); // also while another tab is shown
+    connection.on("link", () => this.follow(connection.state));
+    this.devices.addEventListener("change", () => this.update(connection.state));
+  }
+
+  /** @param {ViewModel} state */
+  follow({ step, rehearsal }) {
+    const held = this.connection.connected && step?.name === "drive" && Boolean(rehearsal?.mine);
+    this.devices.follow(held, held && rehearsal?.state === "running");
+  }
+
+  /** @param {ViewModel} state */
+  update({ rehearsal, snake, route, step }) {
+    if (step?.name !== "drive") return;
+    draw(this.element, html`
+      <div class="group">${titled("Drive", null, this.drive(rehearsal, route))}</div>
+      <div class="group">${titled("Robot", null, snake ? figures(snake) : html`<p class="words">Appears at the entry.</p>`)}${this.camera(rehearsal, snake)}</div>
+      <div class="group">${titled("Handle", null, this.handle(rehearsal))}</div>
+      <div class="group" id="devices">${titled("Device", null, this.device())}</div>
+      <div class="group">${titled("View", null, this.views(route))}</div>`);
+  }
+
+  /**
+   * @param {ViewModel["rehearsal"]} rehearsal
+   * @param {RouteSection | null | undefined} route
+   */
+  drive(rehearsal, route) {
+    const { state = "absent", words, mine, can_take, unrecorded } = rehearsal ?? {};
+    const running = state === "running", silent = state === "silent";
+    const startable = Boolean(route?.entry && route.end) && (mine || can_take) && !["starting", "silent"].includes(state);
+    const caution = silent || state === "failed" || Boolean(words && LIVE.includes(state));
+    return html`<p class=${caution ? "words caution" : "words"} id="drive-words" role="status">${said(words || STATE_WORDS[state] || "")}</p>
+      <p class="words caution" id="unrecorded" ?hidden=${!unrecorded}>${unrecorded ? said(`Not recorded: ${unrecorded}`) : nothing}</p>
+      <div class="buttons even">
+        <button type="button" class="primary" id="start" ?disabled=${!running && !startable}
+          @click=${() => this.connection.send(running ? "rehearsal.pause" : "rehearsal.start")}>${running ? "Pause" : state === "paused" ? "Continue" : "Start"}</button>
+        <button type="button" id="reset" ?disabled=${!(mine && LIVE.includes(state)) && !silent}
+          @click=${() => this.connection.send(silent ? "rehearsal.end" : "rehearsal.reset")}>${silent ? "End process" : "Reset"}</button>
+      </div>${hintLine("drive-help", "Wheel inserts, drag turns.", HELP)}`;
+  }
+
+  /**
+   * @param {ViewModel["rehearsal"]} rehearsal
+   * @param {SnakeView | null | undefined} snake
+   */
+  camera(rehearsal, snake) {
+    const off = !(rehearsal?.mine && rehearsal.state === "running");
+    return html`<div class="buttons even">
+      <button type="button" id="straighten" ?disabled=${off || snake?.straight} @click=${() => this.connection.send("camera.straighten")}>Straighten</button>
+      <button type="button" id="look-round" aria-pressed=${String(snake?.doing === "look")} ?disabled=${off || !snake?.can_look} @click=${() => this.connection.send("camera.look_round")}>Look round</button>
+    </div>`;
+  }
+
+  /** @param {ViewModel["rehearsal"]} rehearsal */
+  handle(rehearsal) {
+    const { mine, holder, can_take, state = "absent" } = rehearsal ?? {};
+    const words = mine ? "This window holds the handle." : can_take ? "Nobody holds the handle." : `${holder ?? "Another window"} holds the handle.`;
+    return html`<p class="words" id="lease-words">${words}</p>
+      <button type="button" class="wide" id="lease" ?hidden=${!LIVE.includes(state)} ?disabled=${!mine && !can_take}
+        @click=${() => this.connection.send(mine ? "rehearsal.let_go" : "rehearsal.take")}>${mine ? "Release handle" : "Take handle"}</button>`;
+  }
+
+  device() {
+    const { devices } = this;
+    return html`<div class="segmented devices" role="group" aria-label="Device">${DEVICES.map((kind) => html`<button type="button" data-device=${kind}
+      aria-pressed=${String(kind === devices.kind)} @click=${() => devices.choose(kind)}>${NAMES[kind]}</button>`)}</div>
+      <p class="words" ?hidden=${!devices.source?.trouble}>${said(devices.source?.trouble ?? "")}</p>`;
+  }
+
+  /** @param {RouteSection | null | undefined} route */
+  views(route) {
+    const outside = this.layout !== "endoscope-alone";
+    const lay = (/** @type {Event} */ { currentTarget }) => {
+      const on = /** @type {HTMLInputElement} */ (currentTarget).checked;
+      window.dispatchEvent(new CustomEvent(ENLARGE, { detail: on ? null : "endoscope-alone" }));
+    };
+    const breathes = (/** @type {Event} */ { currentTarget }) => this.connection.send("route.breathing", { breathing_mm: /** @type {HTMLInputElement} */ (currentTarget).checked ? 8 : 0 });
+    return html`<label class="check"><input type="checkbox" id="outside-view" .checked=${live(outside)} @change=${lay}>Outside view</label>
+      <label class="check"><input type="checkbox" id="breathing" data-operation="route.breathing" ?disabled=${!route || route.locked} .checked=${live((route?.breathing_mm ?? 0) > 0)} @change=${breathes}>Breathing</label>`;
+  }
+}
+
+/**
+ * Six axes of a device as the three of the robot: a slide or a turn to a side moves the camera, a push inserts, and so do
+ * the triggers of a gamepad, the right one forwards.
+ * @param {Readonly<SixAxes>} axes
+ * @param {DeviceKind} kind
+ */
+export function snakeAxes([x, y, z, up, right], kind) {
+  const pad = kind === "gamepad";
+  const clipped = (/** @type {number} */ value) => Math.max(-1, Math.min(1, value));
+  return { camera_x: clipped(x + right), camera_y: clipped((pad ? 0 : y) - up), insert: clipped(z - (pad ? y : 0)) };
+}
+
+/** @param {SnakeView} snake */
+function figures(snake) {
+  const { nearest } = snake;
+  const facts = [
+    ["Depth", `${fixed(snake.depth_mm, 0)} of ${fixed(snake.length_mm, 0)} mm`],
+    ["Links inside", `${snake.links_inside} of ${snake.links}`],
+    ["Deviation", nearest ? `${fixed(nearest.deviation_mm, 1)} of ${fixed(nearest.bound_mm, 1)} mm, link ${nearest.link}` : "–"],
+    ["Bend", snake.straight ? "Straight" : fixed(snake.bend, 2)],
+  ];
+  const part = snake.length_mm ? Math.min(1, snake.depth_mm / snake.length_mm) : 0;
+  return html`<dl class="facts" id="snake-facts">${facts.map(([term, value]) => html`<dt>${term}</dt><dd>${value}</dd>`)}</dl>
+    <div class="progress"><div style=${`width: ${(100 * part).toFixed(1)}%`}></div></div>`;
+}

@@ -1,0 +1,28 @@
+// What the status bar says of the snake robot: depth, the link nearest to its bound, force, and what holds it.
+import { holdingWords, reading } from "/static/js/status.js";
+
+/** @import { ViewModel } from "/static/js/types.js" */
+
+const NEAR_SHARE = 0.9; // of a bound: from there on it is a caution
+
+export class SnakeStatus {
+  constructor() {
+    this.depth = reading("Depth");
+    this.deviation = reading("Deviation");
+    this.bound = reading("Bound");
+    this.force = reading("Force");
+    this.holding = reading("Held by", "fill");
+    this.elements = [this.depth, this.deviation, this.bound, this.force, this.holding].map(({ element }) => element);
+  }
+
+  /** @param {ViewModel} state */
+  update({ rehearsal, snake }) {
+    const nearest = snake?.nearest;
+    this.depth.set(snake?.depth_mm, 0, "mm");
+    this.deviation.set(nearest?.deviation_mm, 1, "mm");
+    this.bound.set(nearest?.bound_mm, 1, "mm");
+    this.deviation.element.classList.toggle("caution", Boolean(nearest && nearest.deviation_mm > NEAR_SHARE * nearest.bound_mm));
+    this.force.set(rehearsal?.force_n, 2, "N");
+    this.holding.say(holdingWords(rehearsal ?? {}, "At the entry, not started"));
+  }
+}

@@ -1,0 +1,77 @@
+"""The sections of the Drive tab, made of a snapshot."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from app.drives.drive_record import DriveRecord
+from app.drives.view import place
+from app.lumen.document import StoredRoute
+from app.lumen.paths import RoutePath
+from app.tabs.drive.preparation import PreparedSnake
+from app.tabs.drive.sections import LinkView, ScopePoseView, ScopeSection, SnakeView
+from vfix_engine.worlds.snake.settings import SnakeSettings
+from vfix_engine.worlds.snake.snapshot import SnakeSnapshot
+
+SnakeRecord = DriveRecord[PreparedSnake, SnakeSnapshot]
+
+
+def snake_section(now: SnakeRecord) -> SnakeView | None:
+    """The figures of the newest snapshot; None without a robot."""
+    snapshot, prepared = now.snapshot, now.prepared
+    if snapshot is None or prepared is None:
+        return None
+    settings = now.settings if isinstance(now.settings, SnakeSettings) else prepared.settings
+    tissue = prepared.path.tissue
+    return {
+        "depth_mm": round(float(snapshot.progress_mm), 1),
+        "length_mm": round(float(snapshot.length_mm), 1),
+        "links": prepared.path.snake.links,
+        "links_inside": snapshot.links_inside,
+        "nearest": _nearest(snapshot),
+        "bend": round(float(snapshot.bend), 3),
+        "straight": snapshot.straight,
+        "can_look": snapshot.can_look,
+        "doing": snapshot.doing,
+        "insertion_mm_per_s": settings.insertion_mm_per_s,
+        "camera_mm_per_s": settings.camera_mm_per_s,
+        "breathing_mm": 0.0 if tissue is None else float(getattr(tissue, "amplitude_mm", 0.0)),
+    }
+
+
+def _nearest(snapshot: SnakeSnapshot) -> LinkView | None:
+    """The link that has used most of its bound; the bounds of links outside are infinite."""
+    inside = np.isfinite(snapshot.bounds)
+    if not inside.any():
+        return None
+    link = int(np.where(inside, snapshot.deviations / snapshot.bounds, -1.0).argmax())
+    return {
+        "link": link + 1,
+        "deviation_mm": round(float(snapshot.deviations[link]), 2),
+        "bound_mm": round(float(snapshot.bounds[link]), 2),
+    }
+
+
+def _entry_pose(path: RoutePath) -> ScopePoseView:
+    """Where the camera is before the robot is inserted: at the start of the centreline, along it."""
+    curve = path.lumen.centreline.curve
+    tip, ahead = curve.position(0.0), curve.tangent(0.0)
+    up = np.eye(3)[np.abs(ahead).argmin()]
+    side = up - (up @ ahead) * ahead
+    return {"tip": place(tip), "shaft": place(ahead), "side": place(side / np.linalg.norm(side))}
+
+
+def scope_section(
+    case_id: str | None, key: str, route: StoredRoute | None, path: RoutePath | None, live: bool
+) -> ScopeSection:
+    """The wall of the open case, and the poses of the route's drive while there is one."""
+    words = "No lumen is open." if case_id is None else "" if route is not None else "No route yet. Make one in Route."
+    return {
+        "surface": "" if case_id is None else f"/api/v1/cases/{case_id}/endoscope",
+        "key": key,
+        "poses": "" if route is None or not live else f"/api/v1/steps/drive/poses?case={case_id}&plan={route.id}",
+        "look": "colon",
+        "hand": True,
+        "pose": None if path is None else _entry_pose(path),
+        "words": words,
+    }

@@ -1,0 +1,187 @@
+// Route: the routes of a lumen, entry and end of the open one, the robot, and how wide its pathway is along the way.
+import { askName, noteDone } from "/static/js/dialogs.js";
+import { isUndoKey, numberOf } from "/static/js/fields.js";
+import { h } from "/static/js/dom.js";
+import { fixed, when } from "/static/js/format.js";
+import { rovingRows } from "/static/js/roving.js";
+import { draw, html, iconTool, live, nameRow, nothing, repeat, said, titled, unlessFocused } from "/static/js/template.js";
+import { RadiiPlot } from "./radii-plot.js";
+
+/** @import { Parts } from "/static/js/panel.js" */
+/** @import { LandmarkView, ReachOfferView, RouteEntry, RoutePathSection, RouteSection, ViewModel } from "/static/js/types.js" */
+
+/** @typedef {"entry" | "end"} End */
+/** @type {[End, string][]} */
+const ENDS = [["entry", "Entry"], ["end", "End"]];
+const BOUND_HELP = "Empty: half the lumen’s radius, 8 mm at most.";
+const LINKS_HELP = "Empty: as many as the way needs.";
+/** @type {(keyof Pick<RouteSection, "links" | "length_mm" | "radius_mm">)[]} */
+const ROBOT = ["links", "length_mm", "radius_mm"];
+
+export default class RoutePanel {
+  /** @param {Parts} parts */
+  constructor({ connection, keys }) {
+    this.connection = connection;
+    this.list = h("div", { class: "group" });
+    this.ends = h("div", { class: "group" });
+    this.robot = h("div", { class: "group" });
+    this.path = h("div", { class: "group" });
+    this.plot = new RadiiPlot();
+    this.element = h("div", {}, this.list, this.ends, this.robot, this.path, this.plot.element);
+    this.roving = rovingRows(this.list);
+    keys.shortcuts.push((event) => this.key(event));
+  }
+
+  /** @param {ViewModel} state */
+  update({ routes, route, route_path: path, case: open }) {
+    this.drawList(routes?.items ?? [], route);
+    draw(this.ends, route ? this.endsOf(route, open?.landmarks ?? []) : html``);
+    draw(this.robot, route ? this.robotOf(route) : html``);
+    draw(this.path, route && path ? titled("Pathway", null, this.pathOf(path)) : html``);
+    for (const part of [this.ends, this.robot, this.path]) part.hidden = !route;
+    this.plot.update(path);
+  }
+
+  /**
+   * @param {RouteEntry[]} items
+   * @param {RouteSection | null | undefined} route
+   */
+  drawList(items, route) {
+    const send = (/** @type {"route.undo" | "route.redo"} */ type) => this.connection.send(type);
+    const tools = html`${iconTool("undo", "Undo", () => send("route.undo"), { operation: "route.undo", off: !route?.can_undo })}
+      ${iconTool("redo", "Redo", () => send("route.redo"), { operation: "route.redo", off: !route?.can_redo })}`;
+    draw(this.list, titled("Route", tools, html`
+      <ul class="list two-lines plain-rows" id="routes" aria-label="Routes" ?hidden=${!items.length}>${repeat(items, ({ id }) => id, (item) => this.row(item, route))}</ul>
+      <button type="button" class="wide" id="new-route" data-operation="route.new" @click=${() => this.connection.send("route.new")}>New route</button>`));
+    this.roving.update();
+  }
+
+  /**
+   * @param {RouteEntry} item
+   * @param {RouteSection | null | undefined} route
+   */
+  row(item, route) {
+    const fields = { route_id: item.id }, open = route?.id === item.id;
+    const tools = [
+      iconTool("pencil", "Rename", () => this.rename(item), { operation: "route.rename" }),
+      iconTool("lock", open && route?.locked ? "Unlock" : "Lock", () => this.connection.send("route.lock", { ...fields, locked: !route?.locked }), { operation: "route.lock", off: !open }),
+      iconTool("trash", "Delete", () => noteDone(this.connection.request("route.delete", fields), "Route deleted.", { label: "Restore", run: () => this.connection.send("route.restore", fields) }), { operation: "route.delete route.restore" }),
+    ];
+    return nameRow(item, when(item.modified), () => this.connection.send("route.open", fields), tools, open);
+  }
+
+  /** @param {RouteEntry} item */
+  async rename({ id, name: before }) {
+    const name = await askName("Rename route", before);
+    if (name) this.connection.send("route.rename", { route_id: id, name });
+  }
+
+  /**
+   * @param {RouteSection} route
+   * @param {LandmarkView[]} landmarks
+   */
+  endsOf(route, landmarks) {
+    const swap = iconTool("swap", "Swap entry and end", () => this.connection.send("route.swap"), { operation: "route.swap", off: !route.entry && !route.end });
+    return titled("Ends", swap, html`${ENDS.map(([end, label]) => this.endOf(route, landmarks, end, label))}`);
+  }
+
+  /**
+   * @param {RouteSection} route
+   * @param {LandmarkView[]} landmarks
+   * @param {End} end
+   * @param {string} label
+   */
+  endOf(route, landmarks, end, label) {
+    const at = route[end], picking = route.picking === end;
+    const here = at ? landmarks.findIndex(({ position }) => position.every((value, axis) => Math.abs(value - at[axis]) < 0.01)) : -1;
+    const choose = (/** @type {Event} */ { currentTarget }) => {
+      const mark = landmarks[Number(/** @type {HTMLSelectElement} */ (currentTarget).value)];
+      if (mark) this.connection.send(`route.${end}`, { at: mark.position });
+    };
+    const place = at ? `${at.map((value) => fixed(value, 0)).join(", ")} mm` : "Not chosen";
+    return html`<div class="field"><span class="field-label">${label} <span class="number">${place}</span></span>
+      <div class="buttons even">
+        <select id=${`route-${end}`} aria-label=${`${label} at a landmark`} data-operation="route.entry route.end" ?hidden=${!landmarks.length} ?disabled=${route.locked} @change=${choose}>
+          <option value="" .selected=${live(here < 0)}>${at ? "On the wall" : "Landmark …"}</option>
+          ${landmarks.map(({ name }, index) => html`<option value=${index} .selected=${live(index === here)}>${name}</option>`)}
+        </select>
+        <button type="button" id=${`pick-${end}`} data-operation="route.entry route.end" aria-pressed=${String(picking)} ?disabled=${route.locked}
+          @click=${() => this.connection.send("route.pick", { what: picking ? "" : end })}>Click wall</button>
+      </div></div>`;
+  }
+
+  /** @param {RouteSection} route */
+  robotOf(route) {
+    /**
+     * @param {string} id
+     * @param {string} label
+     * @param {number | null} value
+     * @param {string} operation
+     * @param {string} empty
+     */
+    const number = (id, label, value, operation, empty = "") => html`<label class="field"><span class="field-label">${label}</span>
+      <input type="text" inputmode="decimal" id=${`route-${id}`} data-operation="route.robot route.bound" placeholder=${empty || nothing} title=${empty ? (id === "bound" ? BOUND_HELP : LINKS_HELP) : nothing} ?disabled=${route.locked}
+        .value=${unlessFocused(value === null ? "" : String(value))} @change=${operation === "route.robot" ? this.robotChanged : this.boundChanged}></label>`;
+    return titled("Robot", null, html`<div class="fields three">
+      ${number("links", "Links", route.links, "route.robot", "auto")}
+      ${number("length_mm", "Link length, mm", route.length_mm, "route.robot")}
+      ${number("radius_mm", "Radius, mm", route.radius_mm, "route.robot")}
+      ${number("bound", "Bound, mm", route.bound_mm, "route.bound", "auto")}</div>
+      <label class="check"><input type="checkbox" id="route-breathing" data-operation="route.breathing" ?disabled=${route.locked} .checked=${live(route.breathing_mm > 0)}
+        @change=${this.breathes}>Breathing, 8 mm</label>`);
+  }
+
+  /** @param {RoutePathSection} path */
+  pathOf(path) {
+    const take = (/** @type {ReachOfferView} */ { links, length_mm, radius_mm, bound_mm }) => {
+      this.connection.send("route.robot", { links, length_mm, radius_mm });
+      if (bound_mm !== (this.connection.state.route?.bound_mm ?? null)) this.connection.send("route.bound", { bound_mm });
+    };
+    return html`${pathWords(path)}<ul class="list plain-rows" id="reach-offers" ?hidden=${!path.offers.length}>${path.offers.map((offer) => html`<li class="row"><span>${offer.words}</span>
+      <button type="button" @click=${() => take(offer)}>Take</button></li>`)}</ul>`;
+  }
+
+  robotChanged = () => {
+    const [links, length_mm, radius_mm] = ROBOT.map((name) => typed(`route-${name}`));
+    this.connection.send("route.robot", { links, length_mm: length_mm ?? NaN, radius_mm: radius_mm ?? NaN });
+  };
+
+  boundChanged = () => this.connection.send("route.bound", { bound_mm: typed("route-bound") });
+
+  breathes = (/** @type {Event} */ { currentTarget }) => this.connection.send("route.breathing", { breathing_mm: /** @type {HTMLInputElement} */ (currentTarget).checked ? 8 : 0 });
+
+  /**
+   * Undo and redo while this tab is shown.
+   * @param {KeyboardEvent} event
+   */
+  key(event) {
+    const { step, route } = this.connection.state;
+    if (step?.name !== "route" || !route || !isUndoKey(event)) return false;
+    this.connection.send(event.shiftKey || event.code === "KeyY" ? "route.redo" : "route.undo");
+    return true;
+  }
+}
+
+/**
+ * The number in a field; null where it is empty.
+ * @param {string} id
+ */
+function typed(id) {
+  const { value } = /** @type {HTMLInputElement} */ (document.getElementById(id));
+  return value.trim() === "" ? null : numberOf(value);
+}
+
+/** @param {RoutePathSection} path */
+function pathWords(path) {
+  if (path.state === "none") return html`<p class="words">Choose entry and end.</p>`;
+  if (path.state === "computing") return html`<p class="words" id="route-state">Computing …</p>`;
+  if (path.state === "failed") return html`<p class="words caution" id="route-state">${said(path.words)}</p>`;
+  const facts = [
+    ["Length", `${fixed(path.length_mm, 0)} mm`],
+    ["Links", String(path.links)],
+    ["Narrowest", `${fixed(path.least_mm, 1)} mm at ${fixed(path.least_at_mm, 0)} mm`],
+    ["Tip reaches", `${fixed(path.reach_mm, 0)} mm`],
+  ];
+  return html`<dl class="facts" id="route-facts">${facts.map(([term, value]) => html`<dt>${term}</dt><dd>${value}</dd>`)}</dl>
+    <p class=${["narrow", "bound", "shape"].includes(path.limit) ? "words caution" : "words"} id="reach-words">${said(path.reach_words)}</p>`;
+}

@@ -1,0 +1,169 @@
+"""The Drive tab: a snake robot in a real control process, its figures, keys, requests, and the run that is stored."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from lumen_cases import route_in, tube
+from session_doubles import CLIENT, Heard, Now, sections_of, send
+
+from app.drives import commands as drives
+from app.drives.shared_drives import SharedDrives
+from app.lumen.document import StoredRoute
+from app.messages.client import Client
+from app.services import Services
+from app.tabs.drive.routes import COLUMNS
+from app.tabs.drive.tab import LumenDriveTab
+from app.workspace.workspace import Workspace
+from vfix_engine.errors import ControlError
+
+PATIENCE_S = 240.0  # the kernels of a snake may have to be compiled
+
+
+class Driving:
+    """A client in the Drive tab with a route of a tube open."""
+
+    def __init__(self, services: Services, shared: SharedDrives[Any, Any], client: Client = CLIENT) -> None:
+        self.heard = Heard()
+        self.workspace = Workspace(client, services, Now(), lambda request: request(), self.heard)
+        self.tab = LumenDriveTab(self.workspace, shared)
+        self.tab.active = True
+
+    def open(self, route: StoredRoute) -> None:
+        self.workspace.open_case(route.case_id)
+        self.workspace.opened.set("route", route.id)
+
+    def shown(self) -> dict[str, Any]:
+        self.tab.tick()
+        return sections_of(self.tab)
+
+    def until(self, what: Callable[[dict[str, Any]], Any]) -> dict[str, Any]:
+        """Keep what is held alive, and wait for what the page shows."""
+        deadline = time.monotonic() + PATIENCE_S
+        while time.monotonic() < deadline:
+            self.tab.handle_now(drives.HoldCommand(type="heartbeat"))
+            if what(shown := self.shown()):
+                return shown
+            time.sleep(0.02)
+        raise AssertionError(f"it does not come; the page shows {self.shown()}")
+
+
+@pytest.fixture
+def route(phantom_services: Services) -> StoredRoute:
+    return route_in(phantom_services, tube(phantom_services), links=5, length_mm=14.0, radius_mm=4.0)
+
+
+@pytest.fixture
+def shared() -> Iterator[SharedDrives[Any, Any]]:
+    made: SharedDrives[Any, Any] = SharedDrives()
+    yield made
+    made.close()
+
+
+def test_without_a_route_nothing_can_be_driven(phantom_services: Services, shared: SharedDrives[Any, Any]) -> None:
+    client = Driving(phantom_services, shared)
+    client.workspace.open_case(tube(phantom_services).id)
+    assert client.tab.hint() == "Make a route first, in Route."
+    assert client.shown()["scope"]["words"].startswith("No route yet")
+    with pytest.raises(ControlError, match="open a case"):
+        send(client.tab, "rehearsal.start")
+
+
+def test_a_robot_is_inserted_by_keys_steered_straightened_and_its_run_is_stored(
+    phantom_services: Services, shared: SharedDrives[Any, Any], route: StoredRoute
+) -> None:
+    client = Driving(phantom_services, shared)
+    client.open(route)
+    send(client.tab, "rehearsal.start")
+    running = client.until(lambda shown: shown["rehearsal"]["state"] == "running")
+    assert running["snake"]["depth_mm"] == 0.0
+    assert running["scope"]["poses"].endswith(f"?case={route.case_id}&plan={route.id}")
+    client.tab.handle_now(drives.Push(type="drive", direction=1))
+    deep = client.until(lambda shown: shown["snake"]["can_look"])["snake"]
+    assert deep["links_inside"] == 5
+    assert deep["nearest"]["deviation_mm"] <= deep["nearest"]["bound_mm"]
+    client.tab.handle_now(drives.Push(type="drive", direction=0))
+    client.tab.handle_now(drives.MoveAxes(type="axes", camera_x=1.0))
+    bent = client.until(lambda shown: shown["snake"]["bend"] > 0.1)["snake"]
+    client.tab.handle_now(drives.MoveAxes(type="axes"))
+    assert not bent["straight"]
+    assert {layer.name for layer in client.tab.layers()} == {"drive.pathway", "drive.robot"}
+    send(client.tab, "camera.straighten")
+    client.until(lambda shown: shown["snake"]["straight"])
+    client.tab.handle_now(drives.Push(type="drive", direction=-1))
+    client.until(lambda shown: shown["snake"]["depth_mm"] < deep["depth_mm"] - 5.0)
+    send(client.tab, "rehearsal.end")
+    run = _stored(phantom_services, route)
+    assert (run.plan_id, run.manifest["world"], run.mode) == (route.id, "snake", None)
+
+
+def test_another_client_watches_and_may_pause_and_no_more(
+    phantom_services: Services, shared: SharedDrives[Any, Any], route: StoredRoute
+) -> None:
+    client, other = Driving(phantom_services, shared), Driving(phantom_services, shared, Client("tab-two-0", "holds"))
+    for one in (client, other):
+        one.open(route)
+    send(client.tab, "rehearsal.start")
+    client.until(lambda shown: shown["rehearsal"]["state"] == "running")
+    assert other.shown()["rehearsal"]["holder"] == "Another window"
+    with pytest.raises(ControlError, match="holds the handle"):
+        send(other.tab, "camera.straighten")
+    send(other.tab, "rehearsal.pause")
+    client.until(lambda shown: shown["rehearsal"]["state"] == "ready" and not shown["rehearsal"].get("running"))
+
+
+def test_an_edited_route_is_told_and_taken_by_a_reset(
+    phantom_services: Services, shared: SharedDrives[Any, Any], route: StoredRoute
+) -> None:
+    client = Driving(phantom_services, shared)
+    client.open(route)
+    client.tab.enter()
+    client.until(lambda shown: shown["rehearsal"]["state"] == "ready")
+    send_operation(client, "route.breathing", breathing_mm=4.0)
+    shown = client.shown()
+    assert "Reset" in shown["rehearsal"]["words"]
+    assert shown["snake"]["breathing_mm"] == 0.0
+    send(client.tab, "rehearsal.reset")
+    client.until(lambda shown: shown["snake"] is not None and shown["snake"]["breathing_mm"] == 4.0)
+
+
+def send_operation(client: Driving, kind: str, **fields: Any) -> None:
+    """As the Route tab does it, which is for the same client."""
+    from app.tabs.route.tab import RouteTab
+
+    tab = RouteTab(client.workspace)
+    tab.refresh()
+    send(tab, kind, **fields)
+
+
+def test_a_row_of_poses_has_the_camera_and_the_force_of_guidance(
+    phantom_services: Services, shared: SharedDrives[Any, Any], route: StoredRoute
+) -> None:
+    client = Driving(phantom_services, shared)
+    client.open(route)
+    client.tab.enter()
+    client.until(lambda shown: shown["rehearsal"]["state"] == "ready")
+    snapshot = client.tab.now.snapshot
+    assert snapshot is not None
+    row = dict(zip(COLUMNS.names(snapshot), COLUMNS.row(snapshot), strict=True))
+    ahead, up = ([row[f"{name}_{axis}"] for axis in "xyz"] for name in ("shaft", "side"))
+    np.testing.assert_allclose(ahead, [0.0, 0.0, 1.0], atol=0.05)  # the tube is along z
+    assert abs(np.dot(ahead, up)) < 1e-9
+    np.testing.assert_allclose(row["eye_z"] - row["tip_z"], 6.0, atol=0.05)  # the camera is ahead of the tip
+    assert (row["guidance_force_x"], row["progress_mm"]) == (0.0, 0.0)
+
+
+def _stored(services: Services, route: StoredRoute) -> Any:
+    waited = threading.Event()
+    deadline = time.monotonic() + 60.0
+    while time.monotonic() < deadline:
+        runs = services.runs.list(plan_id=route.id)
+        if runs:
+            return runs[0]
+        waited.wait(0.05)
+    raise AssertionError("the run was not stored")

@@ -1,0 +1,102 @@
+"""The Route tab: the open route, its ends by clicks and landmarks, undo, and the pathway that is computed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from lumen_cases import ENTRY, RADIUS_MM, route_in, tube
+from session_doubles import CLIENT, HEAD, Heard, Now, sections_of, send
+
+from app.scene.view import ClickRay
+from app.services import Services
+from app.tabs.route.tab import RouteTab
+from app.workspace.workspace import Workspace
+from vfix_engine.errors import InputError
+
+
+class Opened:
+    """A client in the Route tab of a tube; work in the background is done at once."""
+
+    def __init__(self, services: Services) -> None:
+        self.heard = Heard()
+        self.workspace = Workspace(CLIENT, services, Now(), lambda request: request(), self.heard)
+        self.tab = RouteTab(self.workspace)
+        self.tab.active = True
+        self.case = tube(services)
+        self.workspace.open_case(self.case.id)
+
+    def do(self, kind: str, **fields: Any) -> dict[str, Any]:
+        send(self.tab, kind, **fields)
+        return sections_of(self.tab)
+
+
+@pytest.fixture
+def opened(phantom_services: Services) -> Opened:
+    return Opened(phantom_services)
+
+
+def test_a_route_is_made_and_its_ends_are_clicked_on_the_wall(opened: Opened) -> None:
+    assert sections_of(opened.tab)["route"] is None
+    assert opened.tab.hint() == "Make a route first."
+    shown = opened.do("route.new")
+    assert (shown["route"]["entry"], shown["route_path"]["state"]) == (None, "none")
+    for end, z in (("entry", 20.0), ("end", 140.0)):
+        assert opened.do("route.pick", what=end)["route"]["picking"] == end
+        opened.tab.clicked(ClickRay(np.array([100.0, 0.0, z]), np.array([-1.0, 0.0, 0.0])))
+    shown = sections_of(opened.tab)
+    assert shown["route"]["picking"] == ""
+    np.testing.assert_allclose(shown["route"]["entry"], [RADIUS_MM, 0.0, 20.0], atol=0.5)
+    path = shown["route_path"]
+    assert path["state"] == "ready"
+    assert path["length_mm"] == pytest.approx(120.0, abs=10.0)
+    assert path["limit"] == "end"
+    assert [layer.name for layer in opened.tab.layers()] == ["route.ends", "route.path"]
+
+
+def test_a_click_without_a_wish_turns_the_view_and_changes_nothing(opened: Opened) -> None:
+    opened.do("route.new")
+    opened.tab.clicked(ClickRay(np.array([100.0, 0.0, 20.0]), np.array([-1.0, 0.0, 0.0])))
+    assert sections_of(opened.tab)["route"]["entry"] is None
+    assert opened.workspace.camera.section()["pivot"] is not None
+
+
+def test_edits_are_undone_and_redone_and_the_pathway_follows(opened: Opened) -> None:
+    opened.do("route.new")
+    opened.do("route.entry", at=ENTRY)
+    long = opened.do("route.end", at=(0.0, 0.0, 150.0))["route_path"]["length_mm"]
+    short = opened.do("route.end", at=(0.0, 0.0, 120.0))["route_path"]["length_mm"]
+    assert short == pytest.approx(long - 30.0, abs=5.0)
+    assert opened.do("route.undo")["route_path"]["length_mm"] == long
+    assert opened.do("route.redo")["route_path"]["length_mm"] == short
+    robot = opened.do("route.robot", links=2, length_mm=20.0, radius_mm=5.0)
+    assert (robot["route"]["links"], round(robot["route_path"]["reach_mm"])) == (2, 40)
+    opened.do("route.redo")
+    assert opened.heard.words[-1] == "There is nothing to redo."
+
+
+def test_ends_that_lie_in_no_lumen_are_told_and_a_better_one_helps(opened: Opened) -> None:
+    opened.do("route.new")
+    opened.do("route.entry", at=(90.0, 0.0, 20.0))
+    path = opened.do("route.end", at=(0.0, 0.0, 150.0))["route_path"]
+    assert path["state"] == "failed"
+    assert "lumen" in path["words"]
+    assert opened.do("route.entry", at=ENTRY)["route_path"]["state"] == "ready"
+
+
+def test_a_route_of_another_case_and_a_deleted_one_are_refused(opened: Opened, phantom_services: Services) -> None:
+    own = opened.do("route.new")["route"]["id"]
+    other = route_in(phantom_services, tube(phantom_services))
+    with pytest.raises(InputError, match="another case"):
+        opened.do("route.open", route_id=other.id)
+    shown = opened.do("route.delete", route_id=own)
+    assert (shown["route"], shown["routes"]["items"]) == (None, [])
+    assert opened.do("route.restore", route_id=own)["route"]["id"] == own
+
+
+def test_a_head_has_no_route_open(opened: Opened) -> None:
+    opened.do("route.new")
+    opened.workspace.open_case(HEAD)
+    assert opened.workspace.opened.id("route") is None
+    assert not opened.tab.offered

@@ -1,0 +1,118 @@
+"""A person opens the colon that travels with vfix, plans a route, and drives a snake robot in by wheel and drag."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, expect
+from workstation import DRIVEN_S, Rest, Workstation
+
+pytestmark = pytest.mark.browser
+Open = Callable[..., Workstation]
+
+# How bright the drawn picture of the endoscope is, and how it is turned: its mean, and the pose that it shows.
+SHOWN = """() => { const { pose, renderer } = vfix.endoscope; return pose && renderer?.tissue ? pose.shaft : null; }"""
+
+
+def test_a_colon_is_opened_planned_and_driven_by_wheel_and_drag(open_page: Open, rest: Rest) -> None:
+    station = open_page(sample=False, viewport={"width": 1280, "height": 720}).ready()
+    page = station.page
+    page.click("[data-step=patient]")
+    page.locator("#cases .row-main", has_text="Colon phantom").click()
+    station.wait_for("the colon", lambda: (station.state("case") or {}).get("id") == "colon-phantom")
+    expect(page.locator("#steps button:visible")).to_have_text(["Patient", "Route", "Drive"])
+    expect(page.locator("[data-step-name=threshold]")).to_be_hidden()
+    station.picture("lumen-patient")
+
+    # a robot whose kernels are compiled meanwhile takes minutes to come
+    expect(page.locator("#hint")).not_to_contain_text("Preparing", timeout=1000.0 * DRIVEN_S)
+
+    page.click("[data-step=route]")
+    page.select_option("#route-end", label="Descending sigmoid")
+    station.wait_for("the pathway", lambda: _path(station, "ready"), DRIVEN_S)
+    shorter = station.state("route_path")["length_mm"]
+    page.keyboard.press("Control+z")
+    station.wait_for(
+        "the whole colon", lambda: _path(station, "ready") and station.state("route")["can_redo"], DRIVEN_S
+    )
+    assert station.state("route_path")["length_mm"] > shorter + 200.0
+    station.picture("lumen-route")
+
+    page.click("[data-step=drive]")
+    station.wait_for("the robot", lambda: station.rehearsal()["state"] == "ready", DRIVEN_S)
+    page.click("#start")
+    station.wait_for("the drive", lambda: station.rehearsal()["state"] == "running")
+    station.wait_for("the picture", lambda: page.evaluate(SHOWN), DRIVEN_S)
+    before = station.state("snake")["depth_mm"]
+    _wheel(page, 8)
+    station.wait_for("the depth", lambda: station.state("snake")["depth_mm"] > before + 30.0)
+    deeper = station.wait_for("rest", lambda: _resting(station))
+    assert abs(deeper - before - 40.0) < 1.0  # eight notches
+    while not station.state("snake")["can_look"]:  # all links that bend have to be inside
+        _wheel(page, 10)
+        station.wait_for("rest", lambda: _resting(station))
+    ahead = page.evaluate(SHOWN)
+    station.picture("lumen-drive")
+    _drag(page, 160, 0)
+    station.wait_for("another view", lambda: _turned(ahead, page.evaluate(SHOWN)) > 3.0)
+    station.picture("lumen-turned")
+    page.keyboard.down("s")
+    depth = station.state("snake")["depth_mm"]
+    page.keyboard.up("s")
+    page.click("#straighten")
+    station.wait_for("the straight robot", lambda: station.state("snake")["straight"])
+    _wheel(page, -4)
+    station.wait_for("the way back", lambda: station.state("snake")["depth_mm"] < depth - 10.0)
+
+    page.uncheck("#outside-view")
+    expect(page.locator("#bench")).to_have_attribute("data-layout", "endoscope-alone")
+    page.check("#outside-view")
+    expect(page.locator("#bench")).to_have_attribute("data-layout", "endoscope")
+    page.evaluate("vfix.request('rehearsal.end')")
+    (run,) = station.wait_for("the run", lambda: rest.runs("colon-phantom"))
+    assert (run["world"], run["origin"], run["plan_id"]) == ("snake", "page", "colon-phantom-sample")
+    assert station.errors == []
+
+
+def _path(station: Workstation, state: str) -> bool:
+    return bool((station.state("route_path") or {}).get("state") == state)
+
+
+def _centre(page: Page) -> tuple[float, float]:
+    box = page.locator(".scope-picture").bounding_box()
+    assert box is not None
+    return box["x"] + box["width"] / 2.0, box["y"] + box["height"] / 2.0
+
+
+def _wheel(page: Page, notches: int) -> None:
+    """Turn the wheel in the picture, forwards."""
+    page.mouse.move(*_centre(page))
+    for _ in range(abs(notches)):
+        page.mouse.wheel(0, -100 if notches > 0 else 100)
+
+
+def _drag(page: Page, right: int, down: int) -> None:
+    """Drag in the picture in small steps, and hold for a while."""
+    x, y = _centre(page)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for step in range(1, 21):
+        page.mouse.move(x + right * step / 20, y + down * step / 20)
+        page.wait_for_timeout(30)
+    page.wait_for_timeout(300)
+    page.mouse.up()
+
+
+def _resting(station: Workstation) -> Any:
+    """The depth once it does not change any more."""
+    before = station.state("snake")["depth_mm"]
+    station.page.wait_for_timeout(500)
+    now = station.state("snake")["depth_mm"]
+    return now if abs(now - before) < 0.05 else None
+
+
+def _turned(one: list[float], other: list[float]) -> float:
+    """Degrees between two unit vectors, by their chord."""
+    return float(sum((a - b) ** 2 for a, b in zip(one, other, strict=True)) ** 0.5) * 57.3
