@@ -11,6 +11,7 @@ from typing import Any
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGE, REPORTS = DOCS / "evidence.md", DOCS / "evidence"
+LEAST = 0.001  # a smaller figure, such as a p value, is written as a power of ten
 BLOCK = re.compile(r"<!-- (\w+) of (\w+) -->\n.*?<!-- end -->", re.DOTALL)
 
 
@@ -29,7 +30,7 @@ def cells(report: Mapping[str, Any]) -> str:
     """Each cell of the paper beside ours."""
     rows = [
         [
-            cell["table"], cell["row"], cell["column"], number(cell["paper"], cell["paper_sd"]),
+            cell["table"], cell["row"], cell["column"], printed(cell["paper"], cell["paper_sd"]),
             number(cell["ours"], cell["sd_subjects"]), cell["kind"], cell["note"],
         ]
         for cell in report["cells"]
@@ -77,11 +78,20 @@ def table(heads: list[str], rows: list[list[str]]) -> str:
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
+def printed(value: float | None, spread: float | None) -> str:
+    """A paper's figure, with the digits that it prints, but for zeros at the end."""
+    if value is None:
+        return ""
+    return f"{value:g}" if spread is None else f"{value:g} ± {spread:g}"
+
+
 def number(value: float | None, spread: float | None) -> str:
     """A figure with what follows ±, or nothing."""
     if value is None:
         return ""
-    return f"{value:.3f}" if spread is None else f"{value:.3f} ± {spread:.3f}"
+    if spread is not None:
+        return f"{value:.3f} ± {spread:.3f}"
+    return f"{value:.3f}" if abs(value) >= LEAST or value == 0.0 else f"{value:.1e}"
 
 
 def main() -> int:

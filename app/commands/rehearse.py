@@ -228,16 +228,19 @@ def _control(args: argparse.Namespace) -> Control:
 
 
 def _follow(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
-    return _followed(run.follow())
+    return _followed(run, run.follow())
 
 
 def _lead(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
-    return _followed(run.follow(led_by_person(run.rehearsal, args.seed)))
+    return _followed(run, run.follow(led_by_person(run.rehearsal, args.seed)))
 
 
-def _followed(last: RigidSnapshot) -> dict[str, Any]:
-    done = last.phase == "done"
-    result = {"completed": done, "reason": "" if done else last.reason, "reached_mm": last.progress_mm}
+def _followed(run: HeadlessRun, last: RigidSnapshot) -> dict[str, Any]:
+    done, path = last.phase == "done", run.rehearsal.scene.path
+    reached = last.progress_mm  # during the approach that is the place that is approached, not where the tip is
+    if last.phase == "approach" and path is not None:
+        reached = float(path.closest(last.tip)[0])
+    result = {"completed": done, "reason": "" if done else last.reason, "reached_mm": reached}
     return result if done else result | _stopped(last)
 
 
@@ -292,9 +295,13 @@ def _stopped(last: RigidSnapshot) -> dict[str, Any]:
     remedy = "Lead the path another way there, or place the robot anew with another --robot or --tool."
     if blocked is not None:
         remedy = f"It is in the way at {_place(blocked)}: lead the path farther from it, or take a thinner --tool."
+    after = f"after {last.progress_mm:.1f} of {last.length_mm:.1f} mm"
+    if last.phase == "approach":
+        after = f"on its straight approach to the path's place at {last.progress_mm:.1f} mm"
+        remedy = "Approach another place of the path by --approach, or follow it from its begin."
     say_notes(
         [
-            f"the tool stopped after {last.progress_mm:.1f} of {last.length_mm:.1f} mm with its tip at {_place(at)}: "
+            f"the tool stopped {after} with its tip at {_place(at)}: "
             f"{last.reason or 'it no longer moves along the path'}. {remedy}"
         ]
     )

@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from app.commands.counts import natural, positive
+from app.exchange.plan_files import write_export
+from app.exchange.runs.export import check_folder
 from vfix_engine.study.experiment import li2004, li2007
 from vfix_engine.study.experiment.options import LABORATORIES, SUBJECTS, TRIALS, Options
 
@@ -40,6 +42,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Run a study and print its cells."""
     begin, cpu = time.monotonic(), os.times()
+    if args.output is not None:
+        check_folder(args.output)
     options = Options(
         seed=args.seed,
         quick=args.quick,
@@ -53,10 +57,9 @@ def run(args: argparse.Namespace) -> int:
     now = os.times()
     used = sum(now[:4]) - sum(cpu[:4])
     found |= {"cpu_s": round(used, 1), "wall_s": round(time.monotonic() - begin, 1), "notice": NOTICE}
-    text = json.dumps(found, allow_nan=False, indent=None if args.json else 1)
+    print(json.dumps(found, allow_nan=False)) if args.json else _print_for_people(found)
     if args.output is not None:
-        args.output.write_text(json.dumps(found, allow_nan=False, indent=1) + "\n", encoding="utf-8")
-    print(text) if args.json else _print_for_people(found)
+        write_export(args.output, json.dumps(found, allow_nan=False, indent=1) + "\n")
     return 0
 
 

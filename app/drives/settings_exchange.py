@@ -6,11 +6,15 @@ no client.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
+from vfix_engine.errors import InputError
 from vfix_engine.runtime.settings import WorldSettings
 
 Explain = Callable[[WorldSettings, WorldSettings], str]  # requested settings, and the present ones
+
+_ROUNDING = 1e-9
 
 
 class SettingsExchange:
@@ -31,11 +35,18 @@ class SettingsExchange:
         return self._asked is not None
 
     def ask(self, values: dict[str, float]) -> WorldSettings | None:
-        """The settings to send to the process now, clamped; None while an answer is pending.
+        """The settings to send to the process now; None while an answer is pending.
 
-        Raises InputError for an unknown name.
+        Raises InputError for an unknown name, or a value out of its range: a lower margin must not be what somebody
+        gets who asked for another one. What rounding in a browser has put just outside is clamped.
         """
-        self.in_force.clamped(**values)
+        near = self.in_force.clamped(**values)
+        for name, value in values.items():
+            bound, clamped = near.bounds()[name], getattr(near, name)
+            if not math.isclose(value, clamped, rel_tol=_ROUNDING, abs_tol=_ROUNDING):
+                unit = f" {bound.unit}" if bound.unit else ""
+                allowed = f"{bound.low:g} … {bound.high:g}{unit}"
+                raise InputError(f"{bound.label} ({name}) is {value:g}; allowed is {allowed}")
         self._waiting |= values
         return None if self.open else self._next()
 

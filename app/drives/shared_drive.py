@@ -176,7 +176,7 @@ class SharedDrive(DriveProcess[P, T]):
             process.control(control)
 
     def change_settings(self, client: Client, values: dict[str, float]) -> None:
-        """Request other settings from the process, clamped; raises InputError for an unknown name."""
+        """Request other settings from the process, raises InputError for an unknown name or a value out of range."""
         process = self._instructed(client)
         with self._lock:
             settings = None if process is None or self._exchange is None else self._exchange.ask(values)

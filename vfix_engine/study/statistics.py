@@ -20,6 +20,8 @@ from ..arrays import Array
 from ..errors import InputError
 
 LEAST_SUBJECTS = 2
+MOST_EXACT = 40  # differences whose signed ranks are counted exactly
+SAME = 1e-12  # relative size in which differences are the same
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,7 @@ def pairs(values: Mapping[str, ArrayLike]) -> dict[str, PairedTest]:
     for number, (name, d) in enumerate(found.items()):
         mean, spread = float(d.mean()), float(d.std(ddof=1))
         out[name] = PairedTest(
-            len(d), mean, mean_interval(d), mean / spread if spread else math.copysign(math.inf, mean),
+            len(d), mean, mean_interval(d), mean / spread if _varies(d) else math.copysign(math.inf, mean),
             *tests[number], float(corrected_t[number]), float(corrected_w[number]),
         )  # fmt: skip
     return out
@@ -117,12 +119,34 @@ def _difference(a: Array, b: Array) -> Array:
 
 def _student(d: Array) -> float:
     """Two-sided p value of the t test; NaN where every difference is the same, so that nothing varies."""
-    return float(stats.ttest_1samp(d, 0.0).pvalue) if np.ptp(d) else math.nan
+    return float(stats.ttest_1samp(d, 0.0).pvalue) if _varies(d) else math.nan
+
+
+def _varies(d: Array) -> bool:
+    return bool(np.ptp(d) > SAME * np.abs(d).max())
 
 
 def _signed_rank(d: Array) -> float:
-    """Exact two-sided p value, NaN where every difference is 0; scipy ranks zeros after Wilcoxon."""
-    return float(stats.wilcoxon(d, method="exact").pvalue) if d.any() else math.nan
+    """Two-sided p value, NaN where every difference is 0; zeros are left out, and ties have mean ranks (Wilcoxon 1945).
+
+    Exact up to ``MOST_EXACT`` differences, by the distribution over all signs of their ranks; beyond by the normal
+    approximation.
+    """
+    d = d[np.abs(d) > 0.0]
+    if not len(d):
+        return math.nan
+    if len(d) > MOST_EXACT:
+        return float(stats.wilcoxon(d, method="approx").pvalue)
+    doubled = np.rint(2.0 * stats.rankdata(np.round(np.abs(d) / np.abs(d).max() / SAME) * SAME)).astype(np.intp)
+    counts = np.zeros(int(doubled.sum()) + 1)
+    counts[0] = 1.0
+    for rank in doubled:
+        shifted = np.zeros_like(counts)
+        shifted[rank:] = counts[: len(counts) - rank]
+        counts = counts + shifted
+    plus = int(doubled[d > 0.0].sum())
+    less, more = counts[: plus + 1].sum(), counts[plus:].sum()
+    return float(min(1.0, 2.0 * min(less, more) / counts.sum()))
 
 
 def _finite(value: Any) -> Any:

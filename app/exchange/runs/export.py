@@ -39,8 +39,13 @@ def check_target(path: Path) -> None:
     if suffix not in WRITERS:
         raise InputError(f"an export's file ends in {', '.join(WRITERS)}, not {path.name!r:.80}")
     check_suffix(suffix)
+    check_folder(path)
+
+
+def check_folder(path: Path) -> None:
+    """Refuse a file in no folder that can be written to, before what goes there is computed. Raises InputError."""
     if not os.access(path.parent, os.W_OK | os.X_OK):
-        raise InputError(f"the recording {path} cannot be written: {path.parent} is no folder that can be written to")
+        raise InputError(f"{path} cannot be written: {path.parent} is no folder that can be written to")
 
 
 def export_run(run: Run, path: Path, run_id: str | None = None, comments: Sequence[RunComment] = ()) -> None:

@@ -12,7 +12,7 @@ import pytest
 
 from vfix_engine.errors import InputError
 from vfix_engine.study.experiment import apparatus as stored
-from vfix_engine.study.experiment import fit, li2004, li2007, paper_figures
+from vfix_engine.study.experiment import fit, li2004, li2007, paper_figures, trials
 from vfix_engine.study.experiment.apparatus import apparatus
 from vfix_engine.study.experiment.figures import Recorded, figures_of
 from vfix_engine.study.experiment.fit import FIGURES, Fitted
@@ -38,6 +38,14 @@ def recorded() -> dict[TrialKey, Recorded]:
 @pytest.fixture(scope="module")
 def small(recorded: dict[TrialKey, Recorded]) -> dict[str, Any]:
     return li2007.evaluated(recorded, SMALL)
+
+
+def test_a_hand_looks_at_the_target_with_a_force_on_the_handle() -> None:
+    """So the compliance shows in target inspection, too."""
+    look = run_trial(TrialKey(1, 0, 0, "inspection"), Fitted.stored().person)
+    assert np.linalg.norm(look.force, axis=1).max() > 0.5
+    bent = replace(NONE, compliance_mm_per_n=0.3)
+    assert true_frame_error(look, bent, 1).mean() > 0.2 > true_frame_error(look, NONE, 1).mean()
 
 
 def test_distances_to_the_reference_curve_are_those_of_a_fine_search() -> None:
@@ -118,7 +126,8 @@ def test_no_figure_of_the_papers_but_the_fitted_ones_is_in_ours(
         }
 
     monkeypatch.setattr(li2007, "LI_2007", changed(paper_figures.LI_2007))
-    monkeypatch.setattr(li2004, "LI_2004", changed(paper_figures.LI_2004))
+    monkeypatch.setattr(paper_figures, "LI_2007", changed(paper_figures.LI_2007))
+    monkeypatch.setattr(paper_figures, "LI_2004", changed(paper_figures.LI_2004))
     again = li2007.evaluated(recorded, SMALL)
     assert [cell["ours"] for cell in again["cells"]] == [cell["ours"] for cell in small["cells"]]
     assert again["pairs"] == small["pairs"]
@@ -163,7 +172,7 @@ def test_a_changed_bone_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_li_2004_by_encoders_knows_no_deflection() -> None:
     found = li2004.run(Options(seed=1, trials=1))
     assert {cell["kind"] for cell in found["cells"]} == {"fitted", "predicted"}
-    sizes = li2004.by_encoders(Fitted.stored().sizes)
+    sizes = Fitted.stored().sizes.by_encoders()
     assert (sizes.compliance_mm_per_n, sizes.backlash_mm, sizes.tracker_mm) == (0.0, 0.0, 0.0)
     assert sizes.turn_rad == Fitted.stored().sizes.turn_rad
 
@@ -179,4 +188,6 @@ def test_figures_of_a_trial(hands: Trial) -> None:
     assert found["time_s"] == pytest.approx(len(hands.tip) / 30.0)
     assert found["robot_error_mm"] == pytest.approx(hands.error_mm.mean())
     assert found["contacts"] == 0.0
+    touching = np.where(np.arange(len(hands.tip)) % 100 < 10, -0.1, 1.0)
+    assert trials.begun(touching < 0.0) == 6
     assert found["finished"] == 1.0

@@ -1,5 +1,7 @@
 """Paired statistics: against scipy's own tests, published examples of R, and simulated studies without an effect."""
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -28,6 +30,17 @@ def test_the_depression_scores_in_r() -> None:
     x = np.array([1.83, 0.50, 1.62, 2.48, 1.68, 1.88, 1.55, 3.06, 1.30])
     y = np.array([0.878, 0.647, 0.598, 2.05, 1.06, 1.29, 1.06, 3.14, 1.29])
     assert pairs({"x": x, "y": y})["x - y"].p_wilcoxon == pytest.approx(0.0390625)
+
+
+@pytest.mark.parametrize("d", [(1.0, 1.0, 2.0, 2.0, -1.0, 3.0), (1.0,) * 9 + (-1.0,), (0.5, -0.25, 0.0, 1.5)])
+def test_signed_ranks_with_ties_are_counted_over_all_signs(d: tuple[float, ...]) -> None:
+    found = pairs({"a": d, "b": np.zeros(len(d))})["a - b"].p_wilcoxon
+    there = np.array([one for one in d if one])
+    ranks = stats.rankdata(np.abs(there))
+    sums = [ranks @ signs for signs in itertools.product((0, 1), repeat=len(there))]
+    plus = float(ranks @ (there > 0))
+    tails = np.mean(np.array(sums) <= plus), np.mean(np.array(sums) >= plus)
+    assert found == pytest.approx(min(1.0, 2.0 * min(tails)))
 
 
 def test_the_correction_of_holm_in_r() -> None:
@@ -68,6 +81,8 @@ def test_equal_conditions_have_no_test_and_no_infinity_in_json() -> None:
     found = pairs({"a": [1.0, 2.0, 3.0], "b": [0.0, 1.0, 2.0]})["a - b"].to_dict()
     assert found["mean"] == 1.0
     assert found["d_z"] is None
+    apart = pairs({"a": [0.3, 1.3, 2.3], "b": [0.1, 1.1, 2.1]})["a - b"].to_dict()
+    assert (apart["p_t"], apart["d_z"]) == (None, None)  # the same but for rounding
     same = pairs({"a": [1.0, 2.0, 3.0], "b": [1.0, 2.0, 3.0]})["a - b"].to_dict()
     assert same["p_wilcoxon"] is None
 

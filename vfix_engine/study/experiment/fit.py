@@ -19,6 +19,7 @@ from ...errors import InputError
 from ...resources import assets_dir
 from ..person import Person
 from .measured import ErrorSizes, off_path, played, robot_frame_error, true_frame_error
+from .paper_figures import LI_2004, LI_2007, printed
 from .trials import Mode, Trial, TrialKey, run_trial
 
 SCHEMA = "vfix-study-fit/1"
@@ -29,17 +30,17 @@ USERS = 2  # of whose trials the mean is fitted: fewer leave the chance of five 
 ROUNDS = 8
 LABORATORIES = 400  # over which the sizes of the error chain are fitted
 FIGURES: Mapping[str, float] = {
-    "li2004 freehand error_mm": 1.82,
-    "li2004 freehand time_s": 26.61,
-    "li2004 robot error_mm": 0.76,
-    "li2004 robot time_s": 17.24,
-    "li2007 inspection true_error_mm": 0.34,
+    "li2004 freehand error_mm": printed(LI_2004["freehand error"]),
+    "li2004 freehand time_s": printed(LI_2004["freehand time"]),
+    "li2004 robot error_mm": printed(LI_2004["robot error"]),
+    "li2004 robot time_s": printed(LI_2004["robot time"]),
+    "li2007 inspection true_error_mm": printed(LI_2007["inspection tracker mean"]),
 }
-SERVO_FIGURE = "li2007 hands-on robot_error_mm"
-SERVO = {SERVO_FIGURE: 0.204}  # of the variant with a servo
+SERVO_MM = printed(LI_2007["I hands-on error"])  # of the variant with a servo
 
 Size = Literal["shift_mm", "turn_rad"]
-Run = Callable[[list[tuple[TrialKey, Person]]], list[Trial]]
+Job = tuple[TrialKey, Person, str]  # a trial, who does it, and the preset
+Run = Callable[[list[Job]], list[Trial]]
 
 
 @dataclass(frozen=True)
@@ -82,9 +83,9 @@ class Fitted:
         }
 
 
-def serially(jobs: list[tuple[TrialKey, Person]]) -> list[Trial]:
+def serially(jobs: list[Job]) -> list[Trial]:
     """Run trials one after another."""
-    return [run_trial(key, person) for key, person in jobs]
+    return [run_trial(*job) for job in jobs]
 
 
 def fit(figures: Mapping[str, float] = FIGURES, run: Run = serially) -> Fitted:
@@ -94,13 +95,12 @@ def fit(figures: Mapping[str, float] = FIGURES, run: Run = serially) -> Fitted:
         InputError: an assumed size alone is larger than a figure.
     """
     person, reached, hands = _fit_person(figures, run)
-    looked = _by_user(run, person, "inspection", 1)
+    looked = run([(TrialKey(SEED, 0, 0, "inspection"), person, "li2007")])
     sizes = ErrorSizes(shift_mm=0.0, turn_rad=0.0)
-    sizes = _solve("shift_mm", 3.0, sizes, figures["li2007 inspection true_error_mm"], looked[:1])
-    by_encoders = replace(sizes, compliance_mm_per_n=0.0, backlash_mm=0.0, backlash_rad=0.0, tracker_mm=0.0)
-    turned = _solve("turn_rad", 0.3, by_encoders, figures["li2004 robot error_mm"], hands[:1])
+    sizes = _solve("shift_mm", 3.0, sizes, figures["li2007 inspection true_error_mm"], looked)
+    turned = _solve("turn_rad", 0.3, sizes.by_encoders(), figures["li2004 robot error_mm"], hands[:1])
     sizes = replace(sizes, turn_rad=turned.turn_rad)
-    reached["li2007 inspection true_error_mm"] = _expected(sizes, looked[:1])
+    reached["li2007 inspection true_error_mm"] = _expected(sizes, looked)
     reached["li2004 robot error_mm"] = _expected(turned, hands[:1])
     return Fitted(person, sizes, reached)
 
@@ -129,7 +129,7 @@ def _fit_person(figures: Mapping[str, float], run: Run) -> tuple[Person, dict[st
     return found
 
 
-def with_servo(sizes: ErrorSizes, trials: list[Trial], study: int, figure: float = SERVO[SERVO_FIGURE]) -> ErrorSizes:
+def with_servo(sizes: ErrorSizes, trials: list[Trial], study: int, figure: float = SERVO_MM) -> ErrorSizes:
     """The variant whose servo leaves the printed error of hands-on in the robot's frame."""
 
     def left(servo_mm: float) -> float:
@@ -139,11 +139,9 @@ def with_servo(sizes: ErrorSizes, trials: list[Trial], study: int, figure: float
     return replace(sizes, servo_mm=float(brentq(left, 1e-3, 5.0, xtol=1e-4)))
 
 
-def _by_user(run: Run, person: Person, mode: Mode, users: int = USERS) -> list[Trial]:
-    jobs = [
-        (TrialKey(SEED, user, trial, mode), person.practised(trial)) for user in range(users) for trial in range(TRIALS)
-    ]
-    return run(jobs)
+def _by_user(run: Run, person: Person, mode: Mode) -> list[Trial]:
+    every = [TrialKey(SEED, user, trial, mode) for user in range(USERS) for trial in range(TRIALS)]
+    return run([(key, person.practised(key.trial), "li2004") for key in every])
 
 
 def _solve(name: Size, most: float, sizes: ErrorSizes, figure: float, trials: list[Trial]) -> ErrorSizes:

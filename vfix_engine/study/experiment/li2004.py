@@ -7,7 +7,6 @@ the freehand row by the optical tracker.
 from __future__ import annotations
 
 import itertools
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,18 +19,12 @@ from .apparatus import apparatus
 from .cells import Cell, Kind, report
 from .figures import Recorded, figures_of
 from .fit import Fitted
-from .measured import ErrorSizes
 from .options import Options
 from .paper_figures import CONTRADICTIONS, LI_2004
 from .trials import Mode, TrialKey, run_trial, seeds
 
 TRIALS = 5  # as printed
 MODES: tuple[Mode, ...] = ("freehand", "hands-on")
-
-
-def by_encoders(sizes: ErrorSizes) -> ErrorSizes:
-    """What shows of an error chain in the encoders, mapped to the CT: the registration alone."""
-    return replace(sizes, compliance_mm_per_n=0.0, backlash_mm=0.0, backlash_rad=0.0, tracker_mm=0.0)
 
 
 def record(key: TrialKey) -> Recorded:
@@ -51,7 +44,7 @@ def run(options: Options) -> dict[str, Any]:
     recorded = run_all(record, wanted, options.workers, tell)
     cells = []
     for mode, row in (("freehand", "freehand"), ("hands-on", "robot")):
-        sizes = fitted.sizes if mode == "freehand" else by_encoders(fitted.sizes)
+        sizes = fitted.sizes if mode == "freehand" else fitted.sizes.by_encoders()
         trials = [one for key, one in recorded.items() if key.mode == mode]
         found = [
             figures_of(Recorded.of(one.trial, sizes), sizes, options.seed + number) for number, one in enumerate(trials)

@@ -12,7 +12,7 @@ at the target, and a turn about it. A free hand has no robot, and only the track
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -22,10 +22,10 @@ from ..error_chain import ErrorChain
 from ..error_chain.stages import EncoderError, RegistrationError
 from ..error_chain.true_tool import Sample, TrueTool
 from .apparatus import apparatus
-from .trials import Trial, seeds
+from .trials import MODES, Trial, seeds
 
 STATION_MM = 0.02  # of the polyline that stands for the path when distances are measured
-_SESSION, _TRACKER = 1, 2  # in the names of seeds, behind a subject's number
+_SESSION, _TRACKER, _SERVO = 1, 2, 3  # in the names of seeds, behind a subject's number
 
 
 @dataclass(frozen=True)
@@ -35,8 +35,9 @@ class ErrorSizes:
     shift_mm, turn_rad: standard deviations per axis of T_session at the target.
     compliance_mm_per_n: C; weight_n: of the hand that rests on the handle.
     backlash_mm, backlash_rad: full width, of prismatic and revolute joints.
-    tracker_mm: standard deviation per axis and sample. servo_mm: rms in 3-D of what a position servo leaves, seen by
-    the encoders; it changes over 5 mm of travel. by_subject: T_session is drawn anew for each subject, else once.
+    tracker_mm: standard deviation per axis and sample. servo_mm: rms in 3-D, every 5 mm of travel and straight in
+    between, of what a position servo leaves, seen by the encoders. by_subject: T_session is drawn anew for each
+    subject, else once.
     """
 
     shift_mm: float
@@ -48,6 +49,10 @@ class ErrorSizes:
     tracker_mm: float = 0.1
     servo_mm: float = 0.0
     by_subject: bool = True
+
+    def by_encoders(self) -> ErrorSizes:
+        """What shows in the encoders, mapped to the CT: the registration alone, as in Li 2004."""
+        return replace(self, compliance_mm_per_n=0.0, backlash_mm=0.0, backlash_rad=0.0, tracker_mm=0.0)
 
 
 SERVO_TRAVEL_MM = 5.0  # assumed: of stick and slip
@@ -101,7 +106,9 @@ def robot_frame_error(trial: Trial, sizes: ErrorSizes, study: int) -> Array:
     """Errors (n,) by the encoders: what control leaves, and with ``servo_mm`` what the servo leaves."""
     if not sizes.servo_mm:
         return trial.error_mm
-    random = np.random.default_rng(seeds(study, trial.key.subject, trial.key.trial + 1, len(trial.key.mode)))
+    random = np.random.default_rng(
+        seeds(study, trial.key.subject, trial.key.trial + 1, _SERVO, MODES.index(trial.key.mode))
+    )
     travel = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(trial.tip, axis=0), axis=1))])
     knots = np.arange(0.0, travel[-1] + 2 * SERVO_TRAVEL_MM, SERVO_TRAVEL_MM)
     values = random.standard_normal((len(knots), 3)) / np.sqrt(3.0)
@@ -120,7 +127,7 @@ def true_frame_error(trial: Trial, sizes: ErrorSizes, study: int, behind_play: A
         force = trial.force + np.array([0.0, sizes.weight_n, 0.0]) * trial.force.any(axis=1, keepdims=True)
         motion = session(sizes, study, key.subject).transform
         tip = (tip + sizes.compliance_mm_per_n * force) @ motion[:3, :3].T + motion[:3, 3]
-    random = np.random.default_rng(seeds(study, key.subject, key.trial + 1, _TRACKER, len(key.mode)))
+    random = np.random.default_rng(seeds(study, key.subject, key.trial + 1, _TRACKER, MODES.index(key.mode)))
     seen = tip + sizes.tracker_mm * random.standard_normal(tip.shape)
     if key.mode == "inspection":
         return np.asarray(np.linalg.norm(seen - apparatus().scene.targets[0], axis=1))

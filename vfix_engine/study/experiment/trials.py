@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...arrays import Array
 from ...errors import ControlError
@@ -51,7 +52,7 @@ class Trial:
     tip: (n, 3) as the encoders have it, of a free hand the tip itself; q: (n, 7) joints, (n, 0) in free hand.
     force: (n, 3) in N on the handle, 0 where no hand is there. error_mm: (n,) of the tip to the path or the target.
     progress_mm: (n,) along the path. contacts, max_depth_mm: of the whole tool with bone.
-    rows: (n,) of the quadratic program. finished: the end was reached.
+    rows: (n,) of the quadratic program. finished: the end was reached. max_depth_mm: of a free hand.
     """
 
     key: TrialKey
@@ -84,7 +85,7 @@ def subject_of(key: TrialKey, median: Person) -> Person:
 
 
 def run_trial(key: TrialKey, person: Person, preset: str = "li2007") -> Trial:
-    """Run one trial of a person.
+    """Run one trial of a person with a paper's parameters.
 
     Raises:
         ControlError: the target cannot be looked at.
@@ -114,7 +115,7 @@ def _look(around: Apparatus, person: Person, random: np.random.Generator, keep: 
 
     def until(stop: Callable[[RigidSnapshot], bool]) -> None:
         for _ in range(most):
-            if stop(rehearsal.snapshot(driver.state)):
+            if stop(rehearsal.system.snapshot(driver.state)):
                 return
             driver.act(scripted(rehearsal.system, driver.state))
         raise ControlError("the target of the study cannot be looked at from its path")
@@ -127,13 +128,14 @@ def _look(around: Apparatus, person: Person, random: np.random.Generator, keep: 
     strength = INSPECTION_N * person.force_n / Person().force_n
     for _ in range(round(INSPECTION_S / around.settings.dt_s)):
         driver.step(Command(strength * force.next(), twist=float(np.clip(twist.next()[0], -1.0, 1.0))))
-        keep(rehearsal.snapshot(driver.state))
+        keep(rehearsal.system.snapshot(driver.state))
 
 
 def _trial(key: TrialKey, finished: bool, dt_s: float, kept: list[Any], on_handle: bool) -> Trial:
     """Arrays of the snapshots of a rigid tool."""
     free = isinstance(kept[0], FreehandSnapshot)
     target = key.mode == "inspection"
+    touching = np.array([one.clearance_mm for one in kept]) < 0.0
     contacts = kept[-1].contacts if free else ()
     return Trial(
         key,
@@ -145,6 +147,11 @@ def _trial(key: TrialKey, finished: bool, dt_s: float, kept: list[Any], on_handl
         np.array([one.target_error_mm if target else one.tip_error_mm for one in kept]),
         np.array([one.progress_mm for one in kept]),
         np.array([0 if free else one.rows for one in kept]),
-        sum(one.count for one in contacts),
+        sum(one.count for one in contacts) if free else begun(touching),
         max((one.max_depth_mm for one in contacts), default=0.0),
     )
+
+
+def begun(touching: NDArray[np.bool_]) -> int:
+    """How often samples (n,) that touch begin."""
+    return int((touching[1:] & ~touching[:-1]).sum()) + int(touching[0])
