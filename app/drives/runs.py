@@ -213,7 +213,10 @@ class RunService:
         files = self.get(run_id).files
         if name not in files:
             raise NotFound(f"this run has no file {name!r:.40}; it has: {', '.join(files)}.")
-        return self._store.run_files.path(files[name].sha256)
+        try:
+            return self._store.run_files.path(files[name].sha256)
+        except StorageError as error:  # a run cannot be imported again, as a case can
+            raise StorageError(f"{name} of the run is missing; delete the run.") from error
 
     @contextmanager
     def laid_out(self, run_id: str) -> Iterator[Path]:
