@@ -22,7 +22,7 @@ from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.planning.run_sideways import measure_sideways
 from app.planning.shaft import shaft_of
 from app.plans.instruments import plan_tool
-from app.plans.model import drive_parts
+from app.plans.model import drive_parts, driven_hash
 from app.plans.service import Plan
 from app.services import Services
 from app.tabs.rehearse.drive_figures import DryRunFigures
@@ -159,7 +159,8 @@ def prepare(
         settings = PRESETS[preset].in_settings(settings)
     tissue = None if found.profile.tissue is None else services.distance_fields.of_plan(plan).tissue
     measure_by = partial(_sideways, services, plan)
-    recording, unrecorded = services.recordings.attempt(plan.case_id, plan.id, plan.name, measure_by)
+    told = plan.case_id, plan.id, plan.name, measure_by, driven_hash(plan.content)
+    recording, unrecorded = services.recordings.attempt(*told)
     return PreparedRehearsal(
         spec=FreehandSpec(scene, settings) if freehand else RigidSpec(scene, settings),
         settings=settings,
