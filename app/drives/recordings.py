@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from app.drives.comments import LiveComments
+from app.drives.live_comments import LiveComments
 from app.drives.run_scores import RunScores
 from app.drives.runs import Measure, RunService, has_ticks
 from app.kit.errors import PlannerEnds

@@ -21,7 +21,7 @@ from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
 from app.clock import utc_now
-from app.drives.comments import RunComment, beside, comments_beside
+from app.drives.live_comments import RunComment, beside, comments_beside
 from app.kit.errors import NotFound, TooLarge
 from app.store import Store
 from app.store.errors import StorageError

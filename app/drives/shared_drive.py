@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, TypeVar
 
-from app.drives.comments import RunComment
 from app.drives.drive_process import DriveProcess
 from app.drives.drive_record import DriveRecord
 from app.drives.lease import Lease
+from app.drives.live_comments import RunComment
 from app.drives.prepared_drive import PreparedDrive
 from app.kit.prompt_threads import PROMPT_THREADS
 from app.kit.values import Position

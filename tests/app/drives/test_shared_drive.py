@@ -13,7 +13,7 @@ import pytest
 from session_doubles import Now
 
 from app.drives import drive_process, shared_drive
-from app.drives.comments import LiveComments
+from app.drives.live_comments import LiveComments
 from app.drives.shared_drive import SharedDrive
 from app.drives.shared_drives import DriveKey, SharedDrives
 from app.messages.client import Client
