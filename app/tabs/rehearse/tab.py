@@ -39,6 +39,7 @@ from app.workspace.plan_items import curve_layer, curve_section, entries, items_
 from app.workspace.workspace import Workspace
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, PlanError, VfixError
+from vfix_engine.geometry.path import SplinePath
 from vfix_engine.robots import PlacedRobot
 from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.requests import SetTask
@@ -323,6 +324,7 @@ class RehearseTab(RehearsalSession):
     def _limits_layers(self, prepared: PreparedRehearsal | None) -> list[Layer[Any]]:
         """What holds the tip: of the robot that stands there, otherwise as the next start will have it."""
         known = self._centre.known
+        path: SplinePath | None
         if prepared is not None:
             options, path, centre = prepared.options, prepared.path, prepared.centre
         else:
