@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -35,7 +35,7 @@ from vfix_engine.geometry.path import SplinePath
 from vfix_engine.proximity.proximity import Proximity
 from vfix_engine.robots import PlacedRobot
 from vfix_engine.runtime.control_mode import FREEHAND, Control
-from vfix_engine.virtual_fixtures import SoftRegion, SoftZone, Zone
+from vfix_engine.virtual_fixtures import RemoteCentre, SoftRegion, SoftZone, Zone
 from vfix_engine.worlds.freehand.spec import FreehandSpec, of_free_hand
 from vfix_engine.worlds.rigid.presets import PRESETS
 from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
@@ -79,10 +79,15 @@ class PreparedRehearsal(PreparedDrive[ToolSnapshot]):
         """Whether the tool is in a free hand."""
         return isinstance(self.spec, FreehandSpec)
 
-    @property
+    @cached_property
     def path(self) -> SplinePath:
         """The driven path."""
         return SplinePath(np.asarray(self.spec.scene.path_points))
+
+    @property
+    def centre(self) -> RemoteCentre | None:
+        """The remote centre that holds the tool, or None."""
+        return next((one for one in self.spec.scene.fixtures if isinstance(one, RemoteCentre)), None)
 
     def point_places(self) -> list[tuple[PlanItem, float]]:
         """The points of the driven path with their arc lengths in mm."""
