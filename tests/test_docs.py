@@ -6,6 +6,7 @@ import contextlib
 import io
 import re
 import shlex
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import pytest
 
 from app import cli
 from vfix_engine.control import ControlSettings
+from vfix_engine.worlds.rigid.spec import SceneSpec
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
@@ -92,6 +94,12 @@ def test_every_setting_of_the_controller_is_documented() -> None:
             bound.unit,
         )
         assert meaning
+
+
+def test_every_choice_of_the_control_law_in_a_scene_is_documented() -> None:
+    rows = {row[0].strip("`"): row for row in tables(section(page("docs/settings.md"), "The scene of a rigid tool"))}
+    choices = {field.name: str(field.default).lower() for field in fields(SceneSpec) if isinstance(field.default, bool)}
+    assert {name: row[1] for name, row in rows.items() if name not in ("Field", "---")} == choices
 
 
 def options(parser: argparse.ArgumentParser) -> set[str]:

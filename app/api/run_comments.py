@@ -8,7 +8,7 @@ from fastapi import APIRouter, Response
 from pydantic import BaseModel, Field
 
 from app.api.dependencies import ERRORS, Identifier, Number, RequestBody, ServicesDep
-from app.drives.comments import MAX_CHARACTERS, RunComment
+from app.drives.live_comments import MAX_CHARACTERS, RunComment
 
 router = APIRouter(prefix="/runs/{run_id}/comments", tags=["runs"], responses=ERRORS)
 

@@ -15,6 +15,7 @@ Most = Annotated[float, Meta(ge=0.0, le=1e6)]
 Count = Annotated[int, Meta(ge=0, le=100_000)]
 Signed = Annotated[float, Meta(ge=-1e6, le=1e6)]
 Since = Annotated[str, Meta(max_length=40)]
+Sha256 = Annotated[str, Meta(pattern="^([0-9a-f]{64})?$")]
 
 
 class Criteria(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -47,7 +48,7 @@ class Assignment(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """An assignment of a case. preset: 'li2004' or 'li2007', None for any. runs: how many have to be passed.
 
     countdown: 3, 2, 1 before the tool moves. since: runs before this ISO time do not count, '' for when the assignment
-    was opened.
+    was opened. plan_sha256: `driven_hash` of the plan when it was opened, '' in what a file says.
     """
 
     plan_id: MaybeId = ""
@@ -57,6 +58,7 @@ class Assignment(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     preset: Literal["li2004", "li2007"] | None = None
     countdown: bool = False
     since: Since = ""
+    plan_sha256: Sha256 = ""
 
 
 def with_rules(content: Assignment) -> Assignment:

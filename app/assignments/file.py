@@ -10,7 +10,7 @@ from msgspec import Meta
 
 from app.assignments.content import Assignment, Criteria, with_rules
 from app.kit.errors import TooLarge
-from app.kit.names import check_name
+from app.kit.names import check_name, printable
 from vfix_engine.errors import InputError
 from vfix_engine.json_text import parse_json
 from vfix_engine.runtime.control_mode import ControlMode
@@ -70,7 +70,7 @@ def read_assignment(data: bytes) -> AssignmentFile:
 
 
 def _words(error: msgspec.ValidationError) -> str:
-    text = str(error)
+    text = printable(str(error))  # it repeats keys of the file, which a terminal would obey
     return text[:1].lower() + text[1:] if len(text) < 300 else "a value has the wrong type"
 
 
@@ -80,6 +80,6 @@ def _since(text: str) -> str:
         return ""
     try:
         at = datetime.fromisoformat(text)
-    except ValueError:
+        return (at if at.tzinfo else at.replace(tzinfo=UTC)).astimezone(UTC).isoformat(timespec="milliseconds")
+    except (ValueError, OverflowError):  # the latter where UTC is before the year 1 or after 9999
         raise InputError("'since' is no time; write it as 2026-11-27 or 2026-11-27T10:00:00Z.") from None
-    return (at if at.tzinfo else at.replace(tzinfo=UTC)).astimezone(UTC).isoformat(timespec="milliseconds")

@@ -35,7 +35,10 @@ class CriterionResult(AskedCriterion):
 
 @dataclass(frozen=True)
 class RunResult:
-    """A run of the assignment; trouble: why it cannot be scored, '' where it can. passed: every criterion."""
+    """A run of the assignment. passed: every criterion, without trouble.
+
+    trouble: why it cannot pass whatever its values are, as one that cannot be scored; '' where it can.
+    """
 
     run: str
     recorded: str
@@ -77,23 +80,23 @@ def asked(criteria: Criteria) -> tuple[AskedCriterion, ...]:
 
 
 def judged(criteria: Criteria, run: str, recorded: str, score: Score | None, trouble: str = "") -> RunResult:
-    """One run by its score; None where it cannot be scored, and why."""
+    """One run by its score; None where it cannot be scored. trouble: why it cannot pass."""
     found = []
     for one in asked(criteria):
         value = None if score is None else CRITERIA[one.name][2](score)
         found.append(CriterionResult(**vars(one), value=value, passed=_passes(one.name, one.limit, value)))
-    return RunResult(run, recorded, tuple(found), all(one.passed for one in found), trouble)
+    return RunResult(run, recorded, tuple(found), not trouble and all(one.passed for one in found), trouble)
 
 
 def results_csv(results: Results) -> str:
-    """A line a run: its id, when it was recorded, value, limit and result of each criterion, and of all."""
+    """A line a run: id, when it was recorded, value, limit and result of each criterion, of all, and its trouble."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     heads = [f"{one.name} {what}" for one in results.criteria for what in ("value", "limit", "passed")]
-    writer.writerow(["run", "recorded", *heads, "passed"])
+    writer.writerow(["run", "recorded", *heads, "passed", "trouble"])
     for run in results.runs:
         cells = [cell for one in run.criteria for cell in (_cell(one.value), _cell(one.limit), _cell(one.passed))]
-        writer.writerow([run.run, run.recorded, *cells, _cell(run.passed)])
+        writer.writerow([run.run, run.recorded, *cells, _cell(run.passed), run.trouble])
     return out.getvalue()
 
 
@@ -104,13 +107,8 @@ def results_lines(results: Results) -> list[str]:
     labels = [f"{one.label}{f', {one.unit}' if one.unit else ''}" for one in results.criteria]
     rows: list[Sequence[str]] = [("run", "recorded", *labels, "passed")]
     for run in results.runs:
-        cells = [
-            f"{_word(one.value)} {_sign(one.name)} {_word(one.limit)}{'' if one.passed else ' !'}"
-            for one in run.criteria
-        ]
-        rows.append(
-            (run.run, run.recorded[:16].replace("T", " "), *cells, "yes" if run.passed else run.trouble or "no")
-        )
+        passed = "yes" if run.passed else run.trouble or "no"
+        rows.append((run.run, run.recorded[:16].replace("T", " "), *map(_words, run.criteria), passed))
     widths = [max(len(row[at]) for row in rows) for at in range(len(rows[0]))]
     return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 

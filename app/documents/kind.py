@@ -13,6 +13,7 @@ import msgspec
 from app.clock import utc_now
 from app.documents.document import Content, Document, Ref
 from app.kit.errors import DocumentConflict, DocumentLocked
+from app.kit.names import printable
 from vfix_engine.errors import InputError
 
 SETTINGS = "settings"  # key of a content's JSON that is kept apart from the history
@@ -225,7 +226,7 @@ def _check_parts(data: Any, value: Any, at: str = "$") -> None:
 
 
 def _words(error: msgspec.ValidationError) -> str:
-    return f"{error}".replace("`", "").rstrip(".") + "."
+    return printable(f"{error}").replace("`", "").rstrip(".") + "."
 
 
 def _number(value: Any) -> Any:

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from app.drives.comments import MAX_CHARACTERS
+from app.drives.live_comments import MAX_CHARACTERS
 from app.messages.fields import ClientMessage, Direction, Identifier, Position
 
 Axis = Annotated[float, Field(ge=-1.0, le=1.0, allow_inf_nan=False)]

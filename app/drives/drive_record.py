@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Generic, Literal, TypeVar
 
-from app.drives.comments import RunComment
+from app.drives.live_comments import RunComment
 from app.drives.prepared_drive import PreparedDrive
 from app.drives.sections import DrivePhase
 from app.messages.client import Client

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from app.drives.comments import RunComment
+from app.drives.live_comments import RunComment
 from app.drives.recordings import Recording
 from vfix_engine.runtime.control_mode import Control
 from vfix_engine.runtime.settings import WorldSettings

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from app.drives.comments import LiveComments
+from app.drives.live_comments import LiveComments
 from app.drives.run_scores import RunScores
 from app.drives.runs import Measure, RunService, has_ticks
 from app.kit.errors import PlannerEnds
@@ -30,7 +30,7 @@ class Recording:
     """One drive's recording.
 
     folder: of its run, created by the drive. case_id, document_id: what is driven; subject: its name.
-    comments: those written during the drive.
+    comments: those written during the drive. plan_sha256: `driven_hash` of the plan; None of a route.
     measure_by: called when the drive has ended; returns measurements of the run before it is stored.
     scores: compute its score once it is stored, so that lists have it; None: when somebody asks.
     unstored: recordings that could not be stored, such as on a full disk; they stay until they can be.
@@ -45,6 +45,7 @@ class Recording:
     measure_by: MeasureBy
     comments: LiveComments
     scores: RunScores | None = None
+    plan_sha256: str | None = None
     unstored: list[Recording] = field(default_factory=list, compare=False)
 
     def keep(self) -> None:
@@ -69,7 +70,7 @@ class Recording:
     def _store(self, progress: Progress) -> str:
         measure = self.measure_by(progress)
         progress("Storing the run", 0.5)
-        ids = {"case_id": self.case_id, "plan_id": self.document_id}
+        ids = {"case_id": self.case_id, "plan_id": self.document_id, "plan_sha256": self.plan_sha256}
         try:
             run = self.runs.keep(self.folder, origin="page", measure=measure, **ids)
         except StorageError as error:
@@ -98,7 +99,12 @@ class Recordings:
         self._unstored: list[Recording] = []
 
     def new(
-        self, case_id: str, document_id: str | None, subject: str, measure_by: MeasureBy = nothing_measured
+        self,
+        case_id: str,
+        document_id: str | None,
+        subject: str,
+        measure_by: MeasureBy = nothing_measured,
+        plan_sha256: str | None = None,
     ) -> Recording:
         """A recording of a drive of a stored case or document, see `Recording`.
 
@@ -107,16 +113,20 @@ class Recordings:
         earlier, self._unstored[:] = tuple(self._unstored), ()
         for one in earlier:
             one.keep()
-        folder = self._runs.new_folder("page", case_id=case_id, plan_id=document_id)
-        drive = folder, case_id, document_id, subject
-        comments = LiveComments(folder)
-        return Recording(*drive, self._runs, self._jobs, measure_by, comments, self._scores, self._unstored)
+        folder = self._runs.new_folder("page", case_id=case_id, plan_id=document_id, plan_sha256=plan_sha256)
+        drive = folder, case_id, document_id, subject, self._runs, self._jobs
+        return Recording(*drive, measure_by, LiveComments(folder), self._scores, plan_sha256, self._unstored)
 
     def attempt(
-        self, case_id: str, document_id: str | None, subject: str, measure_by: MeasureBy = nothing_measured
+        self,
+        case_id: str,
+        document_id: str | None,
+        subject: str,
+        measure_by: MeasureBy = nothing_measured,
+        plan_sha256: str | None = None,
     ) -> tuple[Recording | None, str]:
         """A recording as from :meth:`new`, and why there is none, '' where there is one."""
         try:
-            return self.new(case_id, document_id, subject, measure_by), ""
+            return self.new(case_id, document_id, subject, measure_by, plan_sha256), ""
         except StorageError as error:
             return None, str(error)

@@ -10,7 +10,7 @@ import numpy as np
 from sqlalchemy.orm import Session
 
 from app.clock import utc_now
-from app.drives.comments import RunComment, check_room, checked_comment, clock_of
+from app.drives.live_comments import RunComment, check_room, checked_comment, clock_of
 from app.drives.runs import COMMENTS, RunService, comments_in, row_of
 from app.kit.errors import NotFound
 from app.kit.values import new_id, number

@@ -21,7 +21,7 @@ from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
 from app.clock import utc_now
-from app.drives.comments import RunComment, beside, comments_beside
+from app.drives.live_comments import RunComment, beside, comments_beside
 from app.kit.errors import NotFound, TooLarge
 from app.store import Store
 from app.store.errors import StorageError
@@ -60,6 +60,7 @@ class StoredRun:
     case_id, plan_id: what was driven, where that is stored. origin: page, command line, replay or study.
     manifest: as it was written; end: number of ticks, their digest and how many were lost, None for an interrupted
     run. files: by name. pierced: what the tool pierced, as in `PiercedReport`; None where that was not measured.
+    plan_sha256: `driven_hash` of the plan that was driven; None where that was not told.
     teacher: whether it is marked as the teacher's, of which a plan has one at most. comments: in the order of time.
     """
 
@@ -75,6 +76,7 @@ class StoredRun:
     pierced: dict[str, Any] | None = None
     teacher: bool = False
     comments: tuple[RunComment, ...] = ()
+    plan_sha256: str | None = None
 
     @property
     def world(self) -> str:
@@ -111,7 +113,12 @@ class RunService:
         store.drives.rescue = self._rescue
 
     def new_folder(
-        self, origin: RunOrigin | None = None, *, case_id: str | None = None, plan_id: str | None = None
+        self,
+        origin: RunOrigin | None = None,
+        *,
+        case_id: str | None = None,
+        plan_id: str | None = None,
+        plan_sha256: str | None = None,
     ) -> Path:
         """A new path where a drive can write its run. A run that is not stored is removed when the planner ends.
 
@@ -123,7 +130,7 @@ class RunService:
         folder = self._store.drives.open() / f"run-{secrets.token_hex(8)}"  # no parent folder, which would remain
         if origin is not None:
             try:
-                note = {"origin": origin, "case_id": case_id, "plan_id": plan_id}
+                note = {"origin": origin, "case_id": case_id, "plan_id": plan_id, "plan_sha256": plan_sha256}
                 beside(folder, "json").write_text(json.dumps(note))
             except OSError as error:
                 raise StorageError(f"the data folder takes no recording: {error.strerror or error}.") from error
@@ -144,6 +151,7 @@ class RunService:
         origin: RunOrigin,
         case_id: str | None = None,
         plan_id: str | None = None,
+        plan_sha256: str | None = None,
         measure: Measure | None = None,
     ) -> StoredRun:
         """Store the run in a folder, complete or interrupted, and delete the folder; the oldest runs are deleted if
@@ -179,6 +187,8 @@ class RunService:
                 self._remove({file.sha256 for file in files.values()} - _known(session))
                 raise
             stored: dict[str, Any] = {"manifest": manifest, "end": end, "origin": origin, "pierced": pierced}
+            if plan_sha256 is not None:
+                stored["plan_sha256"] = plan_sha256
             if comments:
                 stored[COMMENTS] = [vars(one) for one in comments]
             listed = {name: {"sha256": file.sha256, "size_bytes": file.size_bytes} for name, file in files.items()}
@@ -363,6 +373,7 @@ def _run(row: RunRow) -> StoredRun:
         pierced=stored.get("pierced"),
         teacher=stored.get("teacher", False),
         comments=comments_in(stored),
+        plan_sha256=stored.get("plan_sha256"),
     )
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, TypeVar
 
-from app.drives.comments import RunComment
 from app.drives.drive_process import DriveProcess
 from app.drives.drive_record import DriveRecord
 from app.drives.lease import Lease
+from app.drives.live_comments import RunComment
 from app.drives.prepared_drive import PreparedDrive
 from app.kit.prompt_threads import PROMPT_THREADS
 from app.kit.values import Position
@@ -142,7 +142,11 @@ class SharedDrive(DriveProcess[P, T]):
         snapshot = None if process is None else process.snapshot()
         if process is None or snapshot is None or prepared is None or prepared.recording is None:
             raise ControlError("there is no drive that is recorded; start one, or comment on a run in Review.")
-        return prepared.recording.comments.add(text, round(snapshot.t, 4), process.recorded)
+        step = process.recorded
+        with self._lock:
+            if self._process is not process:  # it ends, and may have said a step of 0, that of a closed one
+                raise ControlError("the drive has ended; comment on its run in Review.")
+        return prepared.recording.comments.add(text, round(snapshot.t, 4), step)
 
     # -- what the holder asks for
 

@@ -115,6 +115,8 @@ def _assignments(scene: SceneSpec, settings: ControlSettings, known: str | None)
     for name, there in {"fixtures": bool(scene.fixtures), "printed": scene.printed is not None}.items():
         if there:
             named[name] = _from(known, name, f"the scene's {name}")
+    if not scene.bent_inspection:
+        named["bent_inspection"] = "False"
     given = ["tree, robot, tool, base, q_start, path", *(f"{name}={value}" for name, value in named.items())]
     return [*lines, f"scene = Scene{_block('(', given, ')')}"]
 

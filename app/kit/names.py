@@ -36,6 +36,11 @@ def check_label(text: object, what: str) -> str:
     return _without_noncharacters(_seen_or_empty(check_stored_label(text, what), what), what)
 
 
+def printable(text: str) -> str:
+    """The text with what a terminal obeys or nobody sees as escapes, such as '\\x1b'."""
+    return "".join(one if one.isprintable() else ascii(one)[1:-1] for one in text)
+
+
 def check_stored_name(text: object, what: str) -> str:
     """Check a name as `check_name`, but allow Unicode noncharacters, so that stored items with them stay readable."""
     name = check_stored_label(text, what)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -54,6 +56,7 @@ __all__ = [
     "content_from_json",
     "content_to_json",
     "drive_parts",
+    "driven_hash",
     "new_point_id",
     "unplaced_robot",
     "without_placement",
@@ -198,6 +201,16 @@ def drive_parts(content: PlanContent) -> list[Any]:
         zones,
         [dict(region.shape) for region in content.removed_bone],
     ]
+
+
+def driven_hash(content: PlanContent) -> str:
+    """SHA-256 of what a trainee is given: path, targets, tool, robot, zones and removed bone.
+
+    Where the robot stands and the settings of hand and margin do not count: they are chosen for a drive.
+    """
+    given = replace(content, settings={}, robot=without_placement(content.robot))
+    parts = drive_parts(given), [target.position for target in content.targets]
+    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 
 def check_content(content: PlanContent) -> PlanContent:

@@ -125,7 +125,7 @@ class Robot:
 def put_in_place(drive: RehearsalDrive, robot: Any, plan: Plan, placed: Any = None) -> None:
     """Let a drive believe that this robot stands at the entry of a plan; placed: its model."""
     curve, settings = np.array([point.position for point in plan.content.points]), ControlSettings()
-    spec: Any = SimpleNamespace(scene=SimpleNamespace(path_points=curve))
+    spec: Any = SimpleNamespace(scene=SimpleNamespace(path_points=curve, fixtures=()))
     drive._prepared = PreparedRehearsal(
         spec=spec, settings=settings, robot=placed, items=tuple(plan_items(plan)), curve=curve
     )

@@ -202,6 +202,7 @@ def assigned(trainee: Workstation, plan_id: str) -> None:
     expect(page.locator("#start")).to_be_enabled()
     page.click("#start")
     expect(page.locator(".countdown")).to_be_visible()
+    assert trainee.rehearsal()["state"] == "ready", "placed before it counts"
     trainee.picture("countdown")
     page.keyboard.press("Escape")
     expect(page.locator(".countdown")).to_be_hidden()

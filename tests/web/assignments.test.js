@@ -1,9 +1,11 @@
 // The assignment of the open plan: the newest one of it, with words for limits and values.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { layOutElements } from "./panels.js";
+import { FakeElement, layOutElements } from "./panels.js";
 
 layOutElements();
+const said = [], notes = Object.assign(new FakeElement("div"), { append: (note) => said.push(note.textContent) });
+Object.assign(globalThis.document, { getElementById: () => notes });
 const { assignment, limitWords, valueWords } = await import("../../app/web/js/assignments.js");
 const { jobWatch } = await import("../../app/web/js/jobs.js");
 const settled = async () => { for (let turn = 0; turn < 50; turn += 1) await null; };
@@ -38,4 +40,19 @@ test("the newest of the open plan, with its results; read anew when a run was st
   assignment.follow({ case: { id: "head" }, plan: { id: "nothing" } });
   await settled();
   assert.deepEqual([assignment.open, assignment.results], [null, null]);
+});
+
+test("what cannot be read is said once, and again after it could", async () => {
+  let refused = true;
+  Object.assign(globalThis, { fetch: async () => ({ ok: !refused, status: refused ? 500 : 200, json: async () => (refused ? { error: { code: "x", message: "the disk is gone." } } : []) }) });
+  assignment.follow({ case: { id: "head" }, plan: { id: "broken" } });
+  await settled();
+  await assignment.refresh();
+  assert.equal(said.length, 1);
+  assert.match(said[0], /The disk is gone|the disk is gone/u);
+  refused = false;
+  await assignment.refresh();
+  refused = true;
+  await assignment.refresh();
+  assert.equal(said.length, 2);
 });

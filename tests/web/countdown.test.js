@@ -62,3 +62,27 @@ test("an assignment asks for it", (context) => {
   countdown.cancel();
   assignment.open = null;
 });
+
+test("of a tool that is not there yet it counts once that stands, and not where it does not come", (context) => {
+  const { countdown, start, second, done } = station(context);
+  countdown.box.checked = true;
+  countdown.whenPlaced(() => done.push("start"));
+  for (const state of ["starting", "starting"]) {
+    countdown.follow(state);
+    second();
+    assert.deepEqual([countdown.counting, done], [false, []]);
+  }
+  countdown.follow("ready");
+  assert.equal(countdown.left, 3);
+  countdown.follow("ready");
+  for (let more = 0; more < 3; more += 1) second();
+  assert.deepEqual(done, ["start"]);
+  countdown.whenPlaced(start);
+  countdown.follow("failed");
+  countdown.follow("ready");
+  assert.equal(countdown.counting, false, "it was not placed");
+  countdown.whenPlaced(start);
+  assert.equal(countdown.key({ key: "Escape" }), true);
+  countdown.follow("ready");
+  assert.equal(countdown.counting, false, "called off on the way");
+});

@@ -11,6 +11,7 @@ const { ModesGroup } = await import("../../app/tabs/rehearse/modes.js");
 const { RehearsalStatus } = await import("../../app/tabs/rehearse/status.js");
 const { default: RehearsePanel } = await import("../../app/tabs/rehearse/panel.js");
 
+const settled = async () => { for (let turn = 0; turn < 50; turn += 1) await null; };
 const state = (mode, certified) => ({ rehearsal: { state: "running", control: { mode, device: "position", preset: null, certified }, contacts: [] } });
 
 test("what is shown as without the certificate is what the planner says of it, not the mode that was chosen", () => {
@@ -35,4 +36,29 @@ test("a slider stays the same one, with its focus, for as long as its settings a
   panel.renderFields(fields("margin_mm", "stiffness"), true);
   assert.equal(shown().length, 2);
   assert.notEqual(shown()[0], before[0], "as many, but others");
+});
+
+test("with a countdown the tool is placed before it, and moves at its end", async ({ mock }) => {
+  mock.timers.enable({ apis: ["setTimeout"] });
+  for (const before of ["absent", "failed"]) {
+    const connection = connectionOf({ rehearsal: { state: before } }), keys = { hold() {}, shortcuts: [], directions: { drive: 0, twist: 0 } };
+    const panel = new RehearsePanel({ connection, keys }), asked = [];
+    connection.request = async (type) => {
+      asked.push(type);
+      if (type === "rehearsal.reset") connection.state.rehearsal = { state: "starting", mine: true };
+    };
+    panel.update = ({ rehearsal }) => panel.countdown.follow(rehearsal.state); // the rest needs more of a page
+    panel.countdown.box.checked = true;
+    panel.start();
+    await settled();
+    assert.deepEqual([asked, connection.sent, panel.countdown.counting], [["rehearsal.take", "rehearsal.reset"], [], false]);
+    connection.state.rehearsal = { state: "ready", mine: true };
+    panel.update(connection.state);
+    assert.equal(panel.countdown.left, 3);
+    for (let second = 0; second < 3; second += 1) {
+      assert.deepEqual(connection.sent, []);
+      mock.timers.tick(1000);
+    }
+    assert.deepEqual(connection.sent, [["rehearsal.start"]]);
+  }
 });

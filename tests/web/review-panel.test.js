@@ -120,11 +120,13 @@ test("comments stand in the order of time, with a mark at each that has one", as
   const marks = () => (panel.dock.bar.textContent.match(/Comment at [\d.]+ s/gu) ?? []);
   const run = panel.comments.run;
   assert.equal(run.id, "one");
-  await panel.comments.tell(run, Promise.resolve(said("late", 9, 0.2)), (one) => [one, said("early", 4, 0.1), said("before", 1, null)]);
-  assert.deepEqual(panel.runs[0].comments.map(({ id }) => id), ["before", "early", "late"]);
+  await panel.comments.tell(run, Promise.resolve(said("late", 9, 0.2)), (one) => [one, said("before", 1, null)]);
+  const add = (one, now) => [...now, one], quick = [said("early", 4, 0.1), said("last", 12, null)];
+  assert.deepEqual(await Promise.all(quick.map((one) => panel.comments.tell(run, Promise.resolve(one), add))), [true, true]);
+  assert.deepEqual(panel.runs[0].comments.map(({ id }) => id), ["before", "early", "late", "last"], "of two quick ones neither is lost");
   assert.match(panel.comments.element.textContent, /<b>before<\/b>.*before.*<b>early<\/b>.*0\.1 s.*<b>late<\/b>.*0\.2 s/su, "as text, not as elements");
   assert.deepEqual(marks(), ["Comment at 0.1 s", "Comment at 0.2 s"]);
-  await panel.comments.tell(run, Promise.reject(new Error("there is no run.")), () => []);
+  assert.equal(await panel.comments.tell(run, Promise.reject(new Error("there is no run.")), () => []), false);
   assert.match(panel.list.element.textContent, /there is no run/);
-  assert.equal(panel.runs[0].comments.length, 3);
+  assert.equal(panel.runs[0].comments.length, 4);
 });

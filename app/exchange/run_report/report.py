@@ -27,7 +27,7 @@ from vfix_engine.worlds.rigid.row import PHASES
 from vfix_engine.worlds.rigid.spec import RigidSpec
 
 if TYPE_CHECKING:  # a folder is reported without a store
-    from app.drives.comments import RunComment
+    from app.drives.live_comments import RunComment
 
 MOST_RUNS = 6  # columns of the table, and lines of a figure that can be told apart
 _COLOURS = ("#1f6fb5", "#c2410c", "#15803d", "#7e3fb0", "#a16207", "#475569")

@@ -16,7 +16,7 @@ from vfix_engine.errors import InputError
 from vfix_engine.runtime.run import Run
 
 if TYPE_CHECKING:  # a folder is exported without a store
-    from app.drives.comments import RunComment
+    from app.drives.live_comments import RunComment
 
 _BLOCK = 10_000  # rows
 

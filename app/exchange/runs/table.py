@@ -19,7 +19,7 @@ from vfix_engine.worlds.rigid.row import OUTCOMES, PHASES
 from vfix_engine.worlds.rigid.scene_parts import tool_from
 
 if TYPE_CHECKING:  # a folder is exported without a store
-    from app.drives.comments import RunComment
+    from app.drives.live_comments import RunComment
 
 CERTIFIED_COLUMN = "certified"  # 1 in every row of a run in which every motion was certified, else 0
 NOTICE_COLUMN = "not_for_clinical_use"  # all ones, so that copies of the table have the notice

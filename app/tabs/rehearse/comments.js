@@ -36,14 +36,16 @@ export class CommentsGroup {
       <ul class="run-comments" aria-label="Comments">${repeat(comments.slice(0, SHOWN), ({ id }) => id, ({ t_s: t, text }) => html`<li><span>${text}</span><span class="number">${commentTime(t)}</span></li>`)}</ul>`));
   }
 
-  /** @param {string} text */
+  /** Returns whether it was stored. @param {string} text */
   async send(text) {
     this.own.add(text);
     try {
       await this.connection.request("rehearsal.comment", { text });
+      return true;
     } catch (error) {
       this.own.delete(text);
       note(error instanceof Error ? error.message : String(error), { error: true });
+      return false;
     }
   }
 }

@@ -1,4 +1,5 @@
-// 3, 2, 1 before the tool is let go: whoever drives has the hand on it by then. Escape and Pause call it off.
+// 3, 2, 1 before the tool is let go, from when it stands at the entry on: whoever drives has the hand on it by then.
+// Escape and Pause call it off.
 import { assignment } from "/static/js/assignments.js";
 import { h } from "/static/js/dom.js";
 import { keep, recall } from "/static/js/remember.js";
@@ -11,6 +12,8 @@ export class Countdown {
   constructor(changed) {
     this.changed = changed;
     this.left = 0; // s; 0: it does not count
+    /** @type {(() => void) | null} what is counted for once the tool stands, which is on its way */
+    this.placed = null;
     /** @type {ReturnType<typeof setTimeout> | undefined} */
     this.timer = undefined;
     this.number = h("span", { class: "countdown", role: "timer", "aria-live": "assertive", hidden: true });
@@ -44,9 +47,25 @@ export class Countdown {
     count(FROM);
   }
 
-  /** Call it off. Returns whether it counted. */
+  /** Count once the tool stands at the entry, see `follow`. @param {() => void} done */
+  whenPlaced(done) {
+    this.cancel();
+    this.placed = done;
+  }
+
+  /** The tool has come, or does not. @param {string | undefined} state of the drive */
+  follow(state) {
+    const done = this.placed;
+    if (!done || state === "starting") return;
+    this.placed = null;
+    if (state === "ready") this.before(done);
+  }
+
+  /** Call it off. Returns whether it counted, or was going to. */
   cancel() {
-    if (!this.counting) return false;
+    const placed = this.placed !== null;
+    this.placed = null;
+    if (!this.counting) return placed;
     clearTimeout(this.timer);
     this.left = 0;
     this.show();

@@ -162,7 +162,7 @@ export class EndCard {
   /** What the assignment asks of this run, where there is one. @param {string} run */
   criteria(run) {
     const judged = assignment.results?.runs.find((one) => one.run === run);
-    return judged ? html`<h3 class="assignment-verdict" data-passed=${String(judged.passed)}>${judged.passed ? "Passed" : "Not passed"}</h3>${criteriaList(judged.criteria)}` : nothing;
+    return judged ? html`<h3 class="assignment-verdict" data-passed=${String(judged.passed)}>${judged.passed ? "Passed" : `Not passed${judged.trouble ? `: ${judged.trouble.split(":")[0]}` : ""}`}</h3>${criteriaList(judged.criteria)}` : nothing;
   }
 
   /** @param {Ended} ended */

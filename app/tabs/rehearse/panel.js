@@ -1,5 +1,6 @@
 // Rehearse: the robot at the entry, the handle in the hand, and the words of what holds it.
 import { brief } from "/static/js/brief.js";
+import { note } from "/static/js/dialogs.js";
 import { fillOptions, h, group, whenChanged } from "/static/js/dom.js";
 import { isOld } from "/static/js/verdict-line.js";
 import { fixed, mm } from "/static/js/format.js";
@@ -124,6 +125,7 @@ export default class RehearsePanel {
     this.assignment.update(state);
     this.comments.update(state);
     this.registration.update(state);
+    this.countdown.follow(rehearsal.state);
     const live = isLive(rehearsal);
     const adjustable = live && Boolean(rehearsal.mine);
     this.changedFields([state.settings, adjustable], () => this.renderFields(state.settings, adjustable));
@@ -268,9 +270,22 @@ export default class RehearsePanel {
     else this.start();
   }
 
-  /** After the countdown, where one is wanted. */
-  start() {
-    this.countdown.before(() => this.connection.send("rehearsal.start"));
+  /** After the countdown, where one is wanted: the tool is placed before, so that it moves at its end. */
+  async start() {
+    const { connection, countdown } = this, run = () => connection.send("rehearsal.start");
+    if (!countdown.wanted || isLive(connection.state.rehearsal ?? {})) {
+      countdown.before(run);
+      return;
+    }
+    try {
+      await connection.request("rehearsal.take");
+      await connection.request("rehearsal.reset"); // it is answered once the state says that the tool comes
+    } catch (error) {
+      note(error instanceof Error ? error.message : String(error), { error: true });
+      return;
+    }
+    countdown.whenPlaced(run);
+    countdown.follow(connection.state.rehearsal?.state);
   }
 
   resetOrEnd() {

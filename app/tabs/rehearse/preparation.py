@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -22,7 +22,7 @@ from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.planning.run_sideways import measure_sideways
 from app.planning.shaft import shaft_of
 from app.plans.instruments import plan_tool
-from app.plans.model import drive_parts
+from app.plans.model import drive_parts, driven_hash
 from app.plans.service import Plan
 from app.services import Services
 from app.tabs.rehearse.drive_figures import DryRunFigures
@@ -35,7 +35,7 @@ from vfix_engine.geometry.path import SplinePath
 from vfix_engine.proximity.proximity import Proximity
 from vfix_engine.robots import PlacedRobot
 from vfix_engine.runtime.control_mode import FREEHAND, Control
-from vfix_engine.virtual_fixtures import SoftRegion, SoftZone, Zone
+from vfix_engine.virtual_fixtures import RemoteCentre, SoftRegion, SoftZone, Zone
 from vfix_engine.worlds.freehand.spec import FreehandSpec, of_free_hand
 from vfix_engine.worlds.rigid.presets import PRESETS
 from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
@@ -79,10 +79,15 @@ class PreparedRehearsal(PreparedDrive[ToolSnapshot]):
         """Whether the tool is in a free hand."""
         return isinstance(self.spec, FreehandSpec)
 
-    @property
+    @cached_property
     def path(self) -> SplinePath:
         """The driven path."""
         return SplinePath(np.asarray(self.spec.scene.path_points))
+
+    @property
+    def centre(self) -> RemoteCentre | None:
+        """The remote centre that holds the tool, or None."""
+        return next((one for one in self.spec.scene.fixtures if isinstance(one, RemoteCentre)), None)
 
     def point_places(self) -> list[tuple[PlanItem, float]]:
         """The points of the driven path with their arc lengths in mm."""
@@ -159,7 +164,8 @@ def prepare(
         settings = PRESETS[preset].in_settings(settings)
     tissue = None if found.profile.tissue is None else services.distance_fields.of_plan(plan).tissue
     measure_by = partial(_sideways, services, plan)
-    recording, unrecorded = services.recordings.attempt(plan.case_id, plan.id, plan.name, measure_by)
+    told = plan.case_id, plan.id, plan.name, measure_by, driven_hash(plan.content)
+    recording, unrecorded = services.recordings.attempt(*told)
     return PreparedRehearsal(
         spec=FreehandSpec(scene, settings) if freehand else RigidSpec(scene, settings),
         settings=settings,

@@ -39,6 +39,7 @@ from app.workspace.plan_items import curve_layer, curve_section, entries, items_
 from app.workspace.workspace import Workspace
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, PlanError, VfixError
+from vfix_engine.geometry.path import SplinePath
 from vfix_engine.robots import PlacedRobot
 from vfix_engine.runtime.control_mode import FREEHAND, Control
 from vfix_engine.runtime.requests import SetTask
@@ -318,16 +319,24 @@ class RehearseTab(RehearsalSession):
         if now.snapshot is not None and now.prepared is not None:
             layers.append(self._robot_layer(now.snapshot, now.prepared.robot, now.mine))
         layers += self.truth.layers()
-        options, known = self.in_force, self._centre.known
-        if options.tube_mm is not None and known is not None:
-            path, radius = known.path, options.tube_mm
-            show_tube = partial(TubeNodes.show, path=path, radius=radius)
-            layers.append(Layer("rehearse.tube", (Same(path), radius), TubeNodes, show_tube))
-        if options.stop_mm is not None and known is not None:
-            path, past = known.path, options.stop_mm
-            show_stop = partial(DepthStopNodes.show, path=path, past_mm=past)
-            layers.append(Layer("rehearse.stop", (Same(path), past), DepthStopNodes, show_stop))
-        centre = self._centre.centre(options.centre) if options.remote_centre else None
+        return layers + self._limits_layers(now.prepared)
+
+    def _limits_layers(self, prepared: PreparedRehearsal | None) -> list[Layer[Any]]:
+        """What holds the tip: of the robot that stands there, otherwise as the next start will have it."""
+        known = self._centre.known
+        path: SplinePath | None
+        if prepared is not None:
+            options, path, centre = prepared.options, prepared.path, prepared.centre
+        else:
+            options, path = self.in_force, None if known is None else known.path
+            centre = self._centre.centre(options.centre) if options.remote_centre else None
+        layers: list[Layer[Any]] = []
+        if options.tube_mm is not None and path is not None:
+            show_tube = partial(TubeNodes.show, path=path, radius=options.tube_mm)
+            layers.append(Layer("rehearse.tube", (Same(path), options.tube_mm), TubeNodes, show_tube))
+        if options.stop_mm is not None and path is not None:
+            show_stop = partial(DepthStopNodes.show, path=path, past_mm=options.stop_mm)
+            layers.append(Layer("rehearse.stop", (Same(path), options.stop_mm), DepthStopNodes, show_stop))
         if centre is not None and centre.into is not None:
             point, into = centre.point, centre.into
             key = (*point.tolist(), *into.tolist())

@@ -32,7 +32,7 @@ export default class ReviewPanel {
     this.curve = new LearningCurve();
     this.laid = new InScene();
     this.comments = new RunComments(this.player, {
-      changed: (run, comments) => this.commented(run, comments), failed: (error) => { this.tell(error); this.render(); }, goTo: (t) => this.goTo(t),
+      changed: (run, change) => this.commented(run, change), failed: (error) => { this.tell(error); this.render(); }, goTo: (t) => this.goTo(t),
     });
     this.element = h("div", {}, this.list.element, this.about, this.comments.element, this.laid.element, this.exports.element);
     this.overlay = this.dock.element;
@@ -187,10 +187,10 @@ export default class ReviewPanel {
     this.render();
   }
 
-  /** @param {string} id @param {RunTitle["comments"]} comments */
-  commented(id, comments) {
+  /** @param {string} id @param {(now: RunTitle["comments"]) => RunTitle["comments"]} change */
+  commented(id, change) {
     this.trouble = "";
-    this.runs = this.runs.map((run) => (run.id === id ? { ...run, comments } : run));
+    this.runs = this.runs.map((run) => (run.id === id ? { ...run, comments: change(run.comments) } : run));
     this.render();
   }
 

@@ -28,6 +28,6 @@ export class ResultsTable {
   row(run) {
     return html`<tr><th scope="row"><button type="button" class="plain" title="Open this run" @click=${() => this.open(run.run)}>${whenShort(run.recorded)}</button></th>
       ${run.criteria.map((one) => html`<td class="number" data-passed=${String(one.passed)}>${valueWords(one)}</td>`)}
-      <td data-passed=${String(run.passed)} title=${run.trouble || nothing}>${run.passed ? "✓" : "✗"}</td></tr>`;
+      <td data-passed=${String(run.passed)} title=${run.trouble || nothing}>${run.passed ? "✓" : "✗"}${run.trouble ? html`<span class="compare-sub">${run.trouble.split(":")[0]}</span>` : nothing}</td></tr>`;
   }
 }

@@ -1,4 +1,5 @@
 // The assignment of the open plan: what its runs have to reach, and which did. The planner judges; the page shows it.
+import { note } from "./dialogs.js";
 import { fixed } from "./format.js";
 import { jobWatch } from "./jobs.js";
 import { read, remove, upload } from "./rest.js";
@@ -20,6 +21,7 @@ class OpenAssignment extends EventTarget {
     this.asked = 0; // counts requests: an answer to an earlier one is dropped
     /** @type {string[]} ids of the jobs that store a run now */
     this.storing = [];
+    this.failed = false; // and it was said: a row of failures is said once
     jobWatch.addEventListener("change", () => this.hear());
   }
 
@@ -27,7 +29,7 @@ class OpenAssignment extends EventTarget {
   follow({ case: head, plan }) {
     const now = head && plan ? `${head.id}/${plan.id}` : "";
     if (now === this.plan) return;
-    Object.assign(this, { plan: now, open: null, results: null });
+    Object.assign(this, { plan: now, open: null, results: null, failed: false });
     this.dispatchEvent(new Event("change"));
     this.refresh();
   }
@@ -50,8 +52,12 @@ class OpenAssignment extends EventTarget {
       const open = all.filter(({ plan_id: id }) => id === plan).at(-1) ?? null;
       const results = open ? await read(`${address(open.id)}/results`) : null;
       if (request !== this.asked) return;
-      Object.assign(this, { open, results });
-    } catch {
+      Object.assign(this, { open, results, failed: false });
+    } catch (error) {
+      if (request === this.asked && !this.failed) {
+        this.failed = true;
+        note(`The assignment cannot be read: ${error instanceof Error ? error.message : error}`, { error: true });
+      }
       return;
     }
     this.dispatchEvent(new Event("change"));

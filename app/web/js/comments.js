@@ -28,19 +28,30 @@ export function commentTime(t) {
 }
 
 /**
- * One line to write a comment in; it is emptied once it is sent.
+ * Send the comment of a field, which is emptied once that is stored, and kept where it is not.
+ * @param {HTMLInputElement} field
+ * @param {(text: string) => Promise<boolean>} sent whether it was stored
+ */
+export async function sendLine(field, sent) {
+  const text = field.value.trim();
+  if (!text || field.readOnly) return; // a second press sends it once
+  field.readOnly = true;
+  const stored = await sent(text);
+  field.readOnly = false;
+  if (stored) field.value = "";
+}
+
+/**
+ * One line to write a comment in.
  * @param {string} id of the field
  * @param {string} words of its button
- * @param {(text: string) => unknown} sent
+ * @param {(text: string) => Promise<boolean>} sent as of `sendLine`
  */
 export function commentForm(id, words, sent) {
   const submit = (/** @type {SubmitEvent} */ event) => {
     event.preventDefault();
     const field = /** @type {HTMLFormElement} */ (event.currentTarget).querySelector("input");
-    const text = field?.value.trim() ?? "";
-    if (!field || !text) return;
-    field.value = "";
-    sent(text);
+    if (field) sendLine(field, sent);
   };
   return html`<form class="comment-form" @submit=${submit}>
     <input type="text" id=${id} maxlength=${MOST_CHARACTERS} placeholder="One line" aria-label="Comment" autocomplete="off"><button type="submit">${words}</button></form>`;

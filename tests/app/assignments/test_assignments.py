@@ -7,6 +7,7 @@ import io
 import json
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +16,16 @@ from rest_client import Client, opened_client
 
 from app.assignments.content import Criteria
 from app.assignments.file import MAX_BYTES, read_assignment
+from app.assignments.kind import ASSIGNMENT
 from app.assignments.results import CRITERIA, Results, asked, judged, results_csv, results_lines
 from app.cli import main
+from app.drives.run_scores import RunScores
+from app.drives.runs import row_of
 from app.kit.errors import NotFound, TooLarge
+from app.plans.model import driven_hash
+from app.plans.operations.document import SetPlanSettings
 from app.services import Services
+from app.store.errors import StorageError
 from vfix_engine.errors import InputError
 
 FILE: dict[str, Any] = {
@@ -93,10 +100,10 @@ def test_the_table_has_a_line_for_each_run() -> None:
     head, one, two = csv.reader(io.StringIO(results_csv(results)))
     assert head == [
         "run", "recorded", "max_time_s value", "max_time_s limit", "max_time_s passed", "max_contacts value",
-        "max_contacts limit", "max_contacts passed", "passed",
+        "max_contacts limit", "max_contacts passed", "passed", "trouble",
     ]  # fmt: skip
-    assert one == ["run-1", "2026-01-01T10:00:00", "12.5", "10.0", "0", "1", "1", "1", "0"]
-    assert two[2] == ""
+    assert one == ["run-1", "2026-01-01T10:00:00", "12.5", "10.0", "0", "1", "1", "1", "0", ""]
+    assert (two[2], two[-1]) == ("", "gone")
     lines = results_lines(results)
     assert "12.5 ≤ 10 !" in lines[1]
     assert lines[2].endswith("gone")
@@ -116,12 +123,15 @@ def test_the_table_has_a_line_for_each_run() -> None:
         (data(criteria={"max_time_s": -1}), "max_time_s"), (data(criteria={"max_time_s": True}), "max_time_s"),
         (data(criteria={"completed": False}), "left out"), (data(preset="li2004", mode="freehand"), "preset"),
         (data(preset="li1999"), "preset"), (data(since="yesterday"), "'since'"),
-        (data(plan={"id": "\u202e"}), "control"),
+        (data(plan={"id": "\u202e"}), "control"), (data(since="0001-01-01T00:00:00+14:00"), "'since' is no time"),
+        (data(since="9999-12-31T23:00:00-12:00"), "'since' is no time"),
+        (data(**{"\x1b[31m\u202e": 1}), r"\\x1b\[31m\\u202e"),
     ],
 )  # fmt: skip
 def test_what_is_no_assignment_is_refused_in_words(content: bytes, words: str) -> None:
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(InputError, match=words) as refused:
         read_assignment(content)
+    assert str(refused.value).isprintable()
 
 
 def test_a_huge_file_is_refused() -> None:
@@ -170,6 +180,47 @@ def test_an_assignment_is_opened_once_and_its_runs_are_judged(client: Client, ol
         old_home.assignments.results("nobody")
 
 
+def test_runs_that_nobody_drove_and_those_of_a_changed_plan_do_not_pass(old_home: Services) -> None:
+    (run,) = [one for one in old_home.runs.list() if one.world == "rigid"]
+    plan = old_home.plans.get(str(run.plan_id))
+
+    def stored(**told: Any) -> None:
+        with old_home.store.writing() as session:
+            row = row_of(session, run.id)
+            row.manifest = {**row.manifest, **told}
+
+    assignment = old_home.assignments.open(data(criteria={"max_time_s": 1e6}))
+    results = partial(old_home.assignments.results, assignment.id)
+    assert (results().passed, results().runs[0].trouble) == (1, ""), "of an earlier version, which did not say its plan"
+    for origin in ("command line", "replay", "study"):
+        stored(origin=origin)
+        assert results().runs == ()
+    stored(origin="page", plan_sha256=driven_hash(plan.content))
+    assert results().passed == 1
+    old_home.plans.do(plan.id, SetPlanSettings(settings={"margin_mm": 0.4}))
+    assert driven_hash(old_home.plans.get(plan.id).content) == driven_hash(plan.content), "of hand and margin"
+    stored(plan_sha256=driven_hash(replace(plan.content, paths=())))
+    (one,) = results().runs
+    assert ([each.passed for each in one.criteria], one.passed, one.trouble) == ([True], False, "plan changed")
+    assert results_lines(results())[1].endswith("plan changed")
+    assert old_home.assignments.results_of_file(data(criteria={"max_time_s": 1e6})).passed == 0
+    assert old_home.assignments.results_of_file(data(criteria={"max_time_s": 1e5})).passed == 0, "of the plan as it is"
+
+
+@pytest.mark.parametrize("error", [StorageError("ticks.f64 is gone."), ValueError("not a number"), InputError("empty")])
+def test_a_run_that_cannot_be_read_leaves_the_others_their_results(
+    old_home: Services, monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
+    assignment = old_home.assignments.open(data())
+
+    def broken(self: RunScores, run_id: str) -> dict[str, Any]:
+        raise error
+
+    monkeypatch.setattr(RunScores, "of", broken)
+    (one,) = old_home.assignments.results(assignment.id).runs
+    assert (one.passed, one.trouble) == (False, f"unreadable: {error}")
+
+
 def test_on_the_command_line(
     old_home: Services, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -191,3 +242,8 @@ def test_on_the_command_line(
     file.write_bytes(data(criteria={}))
     for wrong in (file, tmp_path, tmp_path / "none.json"):
         assert main(["assignment", "check", str(wrong)]) == 2
+
+
+def test_what_is_stored_is_refused_in_words_that_a_terminal_does_not_obey() -> None:
+    with pytest.raises(InputError, match=r"\\x1b\[31m"):
+        ASSIGNMENT.content("vfix-assignment/1", {"\x1b[31m": 1}, None)

@@ -90,6 +90,13 @@ def test_the_script_of_a_folder_of_a_free_hand_replays_it(tmp_path: Path, capsys
     assert "17.5" in text
 
 
+def test_the_script_of_a_run_of_before_inspects_as_it_did() -> None:
+    scene = SceneSpec.of(straight_scene(wall(4.0)))
+    for there, other in ((True, scene), (False, replace(scene, bent_inspection=False))):
+        text = scene_code(SceneUse("one", (), ("tree = None",), ()), other, ControlSettings())
+        assert executed(text)["scene"].bent_inspection is there
+
+
 HOSTILE = (
     'a""" ; print("run") #',
     "x\\",

@@ -11,8 +11,8 @@ import pytest
 from run_folder import write_run
 
 from app.cases.service import Case
-from app.drives import comments as of_drives
-from app.drives.comments import MAX_CHARACTERS, LiveComments, beside
+from app.drives import live_comments as of_drives
+from app.drives.live_comments import MAX_CHARACTERS, LiveComments, beside
 from app.drives.recordings import Recording, Recordings
 from app.drives.run_comments import RunComments
 from app.drives.runs import RunService, StoredRun
@@ -138,7 +138,7 @@ def test_a_recording_that_nobody_can_read_keeps_its_comments(runs: RunService) -
 KILLED = """
 import os, sys
 from pathlib import Path
-from app.drives.comments import LiveComments
+from app.drives.live_comments import LiveComments
 from app.drives.runs import RunService
 from app.settings import Settings
 from app.store import Store

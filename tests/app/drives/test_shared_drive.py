@@ -13,7 +13,7 @@ import pytest
 from session_doubles import Now
 
 from app.drives import drive_process, shared_drive
-from app.drives.comments import LiveComments
+from app.drives.live_comments import LiveComments
 from app.drives.shared_drive import SharedDrive
 from app.drives.shared_drives import DriveKey, SharedDrives
 from app.messages.client import Client
@@ -498,3 +498,23 @@ def test_whoever_watches_comments_on_a_drive_that_is_recorded(
         drive.comment("a\nb")
     drive.close()
     assert drive.read(ONE).comments == ()
+
+
+def test_a_comment_at_the_moment_of_closing_is_refused(
+    drive: Drive, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A closed process has no steps any more: the comment would stand before the first one."""
+    comments = LiveComments(tmp_path / "run")
+    recorded: Any = SimpleNamespace(comments=comments)
+
+    def closing(process: Process) -> int:
+        drive.close()
+        return 0
+
+    monkeypatch.setattr(Process, "snapshot", lambda process: SimpleNamespace(t=1.25))
+    monkeypatch.setattr(Process, "recorded", property(closing), raising=False)
+    monkeypatch.setattr(drive_process, "RecordedProcess", Process)
+    drive.open("plan", lambda: replace(_prepared(), recording=recorded), Now())
+    with pytest.raises(ControlError, match="in Review"):
+        drive.comment("just now")
+    assert comments.all == ()

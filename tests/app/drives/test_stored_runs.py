@@ -223,7 +223,7 @@ def test_what_a_full_disk_does_not_take_is_stored_when_the_next_drive_begins_or_
 
     def driven() -> Job:
         measure = full if fails == "measure" and not jobs.list(case.id) else None
-        recording = recordings.new(case.id, plan.id, plan.name, lambda progress: measure)
+        recording = recordings.new(case.id, plan.id, plan.name, lambda progress: measure, "ab" * 32)
         write_run(recording.folder)
         recording.keep()
         return jobs.wait(jobs.list(case.id)[-1].id, 10)
@@ -236,7 +236,7 @@ def test_what_a_full_disk_does_not_take_is_stored_when_the_next_drive_begins_or_
     assert "No space left on device; it is kept" in str(failed.error)
     store.drives.close()  # the planner ends
     (run,) = runs.list(case.id, plan.id)
-    assert (run.origin, run.whole) == ("page", True)
+    assert (run.origin, run.whole, run.plan_sha256) == ("page", True, "ab" * 32), "of the note of a rescued one"
     jobs.close()
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.kit.names import MAX_NAME, unused_name
+from app.kit.names import MAX_NAME, printable, unused_name
 
 
 @pytest.mark.parametrize(
@@ -34,3 +34,7 @@ def test_a_long_name_keeps_room_for_its_number() -> None:
         taken.add(unused_name(name, taken))
     assert len(taken) == 3
     assert max(map(len, taken)) == MAX_NAME
+
+
+def test_what_a_terminal_obeys_is_shown_as_an_escape() -> None:
+    assert printable("Größe\x1b[31m\n\u202e") == r"Größe\x1b[31m\n\u202e"

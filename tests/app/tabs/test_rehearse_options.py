@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
+from functools import partial
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,9 +23,10 @@ from app.plans.service import Plan
 from app.services import Services
 from app.tabs.rehearse import commands as c
 from app.tabs.rehearse.options import CentrePlaces, options_section
-from app.tabs.rehearse.preparation import plan_key, prepare
+from app.tabs.rehearse.preparation import PreparedRehearsal, plan_key, prepare
 from app.tabs.rehearse.tab import RehearseTab
 from vfix_engine.errors import ControlError, PlanError
+from vfix_engine.geometry.path import SplinePath
 from vfix_engine.virtual_fixtures import CartesianLimits, PathTube, RemoteCentre, SoftRegion, TipEnvelope
 from vfix_engine.worlds.rigid.dry_run import DryRun
 
@@ -305,15 +308,12 @@ def test_an_option_comes_into_force_with_a_reset_and_the_page_says_so(phantom_se
     section = sections_of(tab)["options"]
     assert section["centre"] is not None
     assert (section["centre"]["chosen"], section["centre"]["at_mm"]) == ("mm", 12.0)
-    assert [layer.name for layer in tab.layers()].count("rehearse.centre") == 1
     tab.handle(wish.model_copy(update={"remote_centre": False, "tube_mm": 1.5}))
     section = sections_of(tab)["options"]
     assert [item["name"] for item in section["items"] if item["on"]] == ["tube_mm"]
     assert section["lengths"] == {"tube_mm": {"mm": 1.5, "lo": 0.5, "hi": 10.0, "step": 0.1}}
-    assert [layer.name for layer in tab.layers()] == ["rehearse.tube"]
     tab.handle(wish.model_copy(update={"remote_centre": False, "stop_mm": 4.0}))
     assert sections_of(tab)["options"]["lengths"] == {"stop_mm": {"mm": 4.0, "lo": 0.5, "hi": 20.0, "step": 0.5}}
-    assert [layer.name for layer in tab.layers()] == ["rehearse.stop"]
     tab.handle(wish)
     tab.handle(c.DriveCommand(type="rehearsal.reset"))
     assert (drive.state, drive.is_for(plan_key(plan))) == ("starting", True)  # it is placed anew, with the fixture
@@ -344,5 +344,57 @@ def test_a_robot_that_came_with_other_options_comes_again_before_it_runs(phantom
     assert tab.tick()  # other windows and the Plan tab hear of the option
     assert "run" not in robot.told
     assert tab.drive.state == "starting"
+    tab.close()
+    phantom_services.plans.documents.delete(plan.id)
+
+
+def limits(tab: RehearseTab) -> dict[str, dict[str, Any]]:
+    """The drawn limits of the tip by layer, with what they show."""
+    found = {}
+    for layer in tab.layers():
+        if layer.name in ("rehearse.tube", "rehearse.stop", "rehearse.centre"):
+            assert isinstance(layer.show, partial)
+            found[layer.name] = layer.show.keywords
+    return found
+
+
+def test_the_scene_shows_what_holds_the_tip_and_without_a_robot_what_is_wanted(phantom_services: Services) -> None:
+    plan = phantom_services.plans.documents.duplicate(SAMPLE)
+    workspace = workspace_of(phantom_services)
+    tab = RehearseTab(workspace, SharedDrives())
+    workspace.plan.provide(lambda: phantom_services.plans.get(plan.id))
+    workspace.plan.opened()
+    tab.active = True
+    drive = tab.drive
+    assert drive is not None
+    drive.lease.take(CLIENT)
+    wish = c.SetOptions(type="rehearsal.options", soft_tissue=False, remote_centre=True, speed_limit=False, tube_mm=1.5)
+    tab.handle(wish.model_copy(update={"centre_mm": 12.0}))
+    assert sections_of(tab)["options"]["centre"] is not None
+    shown = limits(tab)
+    assert sorted(shown) == ["rehearse.centre", "rehearse.tube"], "nothing stands: as the next start will have it"
+    open_path = path_of(plan)
+    assert shown["rehearse.tube"]["radius"] == 1.5
+    assert shown["rehearse.centre"]["point"].tolist() == open_path.position(12.0).tolist()
+
+    put_in_place(drive, Robot(), plan)
+    tab.read()
+    assert limits(tab) == {}, "nothing holds the tip of the robot that stands"
+    prepared = drive._prepared
+    assert isinstance(prepared, PreparedRehearsal)
+    points = np.asarray(prepared.curve) + np.array([0.0, 0.0, 2.0])  # the plan has changed since
+    driven = SplinePath(points)
+    scene: Any = SimpleNamespace(path_points=points, fixtures=(centre_at(driven, 20.0),))
+    options = RehearsalOptions(remote_centre=True, tube_mm=2.5, stop_mm=4.0, centre=PathPlace(at_mm=20.0))
+    drive._prepared = replace(prepared, spec=SimpleNamespace(scene=scene), options=options)
+    tab.read()
+    shown = limits(tab)
+    assert sorted(shown) == ["rehearse.centre", "rehearse.stop", "rehearse.tube"]
+    assert (shown["rehearse.tube"]["radius"], shown["rehearse.stop"]["past_mm"]) == (2.5, 4.0)
+    for name in ("rehearse.tube", "rehearse.stop"):
+        assert shown[name]["path"].points.tolist() == points.tolist()
+    assert shown["rehearse.centre"]["point"].tolist() == driven.position(20.0).tolist()
+    keys = [layer.key for layer in tab.layers() if layer.name in shown]
+    assert keys == [layer.key for layer in tab.layers() if layer.name in shown], "a picture that stays is sent once"
     tab.close()
     phantom_services.plans.documents.delete(plan.id)

@@ -19,6 +19,7 @@ from app.drives.shared_drives import SharedDrives
 from app.messages.client import Client
 from app.messages.fields import ClientMessage
 from app.plans.instruments import plan_tool
+from app.plans.model import driven_hash
 from app.plans.operations.document import LockPlan
 from app.plans.operations.points import DeletePoint, RenamePoint
 from app.plans.service import Plan
@@ -269,8 +270,15 @@ def test_what_is_driven_has_the_names_of_the_cases_structures(
     phantom_services: Services, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Case, "structure_words", lambda case, structure_id: "Skull base")
-    scene = prepare(phantom_services, phantom_services.plans.get(SAMPLE)).spec.scene
-    assert scene.structure_names == {"bone": "skull base"}
+    prepared = prepare(phantom_services, phantom_services.plans.get(SAMPLE))
+    assert prepared.spec.scene.structure_names == {"bone": "skull base"}
+
+
+def test_a_recording_says_the_plan_that_is_driven(phantom_services: Services) -> None:
+    plan = phantom_services.plans.get(SAMPLE)
+    recording = prepare(phantom_services, plan).recording
+    assert recording is not None
+    assert recording.plan_sha256 == driven_hash(plan.content)
 
 
 def test_those_who_are_connected_hear_where_the_tool_is(rehearsing: tuple[RehearseTab, Plan]) -> None:

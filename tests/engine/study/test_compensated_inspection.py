@@ -12,6 +12,7 @@ import pytest
 from tests.engine.scenes import curved_tube
 from vfix_engine.control import ControlSettings
 from vfix_engine.control.tasks import view_point
+from vfix_engine.errors import InputError
 from vfix_engine.robots import Tool
 from vfix_engine.runtime.command import Command
 from vfix_engine.runtime.driver import Driver
@@ -21,6 +22,7 @@ from vfix_engine.runtime.run import Run, RunWriter
 from vfix_engine.study.error_chain import Compliance, ErrorChain
 from vfix_engine.study.metrics import score_run
 from vfix_engine.study.series import series_of
+from vfix_engine.worlds.registry import spec_of
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
 
@@ -43,9 +45,11 @@ def _spec(compensated: float) -> RigidSpec:
     return RigidSpec(scene(ahead + np.array([0.6, 0.3, 0.4])), replace(SETTINGS, compliance_mm_per_n=compensated))
 
 
-def _drive(compensated: float, folder: Path, rate: bool = False) -> tuple[list[RigidSnapshot], Run, RigidSpec]:
+def _drive(
+    compensated: float, folder: Path, rate: bool = False, of: RigidSpec | None = None
+) -> tuple[list[RigidSnapshot], Run, RigidSpec]:
     """To the target, then a hand that swings the tool about it, with a force that turns and comes and goes."""
-    spec = _spec(compensated)
+    spec = of or _spec(compensated)
     system = spec.build()
     writer = RunWriter(folder, spec, system.row_layout)
     driver, found, held = Driver(system, log=writer), list[RigidSnapshot](), 0
@@ -110,3 +114,30 @@ def test_a_tool_that_is_not_bent_by_a_hand_is_not_led_beside_the_target(tmp_path
     assert max(one.target_error_mm for one in held) <= SETTINGS.target_tolerance_mm + 1e-9
     assert not any(one.deflection.any() for one in held)
     assert spec.build().first_settings.kept_mm == pytest.approx(SETTINGS.kept_mm + C * SETTINGS.force_cap_n)
+
+
+def test_a_run_of_before_holds_the_unbent_view_point(tmp_path: Path) -> None:
+    """A recorded scene without the value ``bent_inspection`` is replayed and scored as it was driven."""
+    spec = _spec(C)
+    snapshots, run, _ = _drive(C, tmp_path / "run", of=replace(spec, scene=replace(spec.scene, bent_inspection=False)))
+    assert run.manifest["spec"].pop("bent_inspection") is False
+    read = spec_of(run)
+    held = [one for one in snapshots if one.phase == "inspect_hold"]
+    assert len(held) > 0.9 * HELD
+    assert not any(one.deflection.any() for one in held)
+    assert replay(run, read, keep_states=False).same
+    score = score_run(run, read)
+    assert score.target_error_mm is not None
+    seen = [one.target_error_mm for one in held]
+    assert score.target_error_mm.robot_frame.mean == pytest.approx(np.mean(seen), abs=1e-9)
+    assert score.target_error_mm.robot_frame.max <= SETTINGS.target_tolerance_mm + 1e-9
+    assert not replay(run, spec, keep_states=False).same
+
+
+def test_a_scene_says_by_a_truth_value_which_view_point_is_held() -> None:
+    spec = _spec(C)
+    values, arrays = spec.to_parts()
+    assert RigidSpec.from_parts(values, arrays).scene.bent_inspection is True
+    with pytest.raises(InputError, match="bent_inspection of a scene is true or false"):
+        RigidSpec.from_parts(values | {"bent_inspection": 1}, arrays)
+    assert not SceneSpec.of(replace(spec.scene.build(), bent_inspection=False)).build().bent_inspection

@@ -20,7 +20,8 @@ from ...worlds.rigid.recorded_settings import driven_s, settings_of
 from ...worlds.rigid.row import OUTCOMES, PHASES
 
 _AXES = "xyz"
-_COMPENSATED = [PHASES.index(name) for name in ("approach", "follow", "done", "inspect_approach", "inspect_hold")]
+_ON_PATH = [PHASES.index(name) for name in ("approach", "follow", "done")]
+_ON_TARGET = [PHASES.index(name) for name in ("inspect_approach", "inspect_hold")]
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +112,7 @@ def samples_of(run: Run, spec: SystemSpec) -> Samples:
         outcome=rows[:, at["outcome"]].astype(np.int64),
         target=rows[:, at["target"]].astype(np.int64),
         path_s=rows[:, at["path_s"]],
-        deflection=_deflection(run, settings, force, phase),
+        deflection=_deflection(run, settings, force, phase, scene.bent_inspection),
         view_distance_mm=np.array([one.view_distance_mm for one in settings]),
         settings=tuple(settings),
         force=force,
@@ -135,11 +136,16 @@ def _check_rows(rows: Array, at: dict[str, int], targets: int) -> None:
             raise InputError(f"the run is damaged: '{name}' is not a number from 0 to {count - 1} in every sample")
 
 
-def _deflection(run: Run, settings: list[ControlSettings], force: Array, phase: IndexArray) -> Array:
-    """(n, 3) deflection that the controller compensated: on the path's task or a target, under a hand on the robot."""
+def _deflection(
+    run: Run, settings: list[ControlSettings], force: Array, phase: IndexArray, bent_inspection: bool
+) -> Array:
+    """(n, 3) deflection that the controller compensated, under a hand on the robot.
+
+    bent_inspection: on a target too, see ``Scene``; otherwise on the path's task only.
+    """
     first = len(run.ticks) - len(force)
     compliance = np.array([one.compliance_mm_per_n for one in settings])
-    under = hand_on_robot(run)[first:] & np.isin(phase, _COMPENSATED)
+    under = hand_on_robot(run)[first:] & np.isin(phase, _ON_PATH + _ON_TARGET if bent_inspection else _ON_PATH)
     found: Array = (compliance * under)[:, None] * force
     return found
 

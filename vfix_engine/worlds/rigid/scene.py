@@ -26,6 +26,8 @@ class Scene:
     shaft: planned orientation of the shaft along the path, which the tool keeps as far as bone permits; None: none.
     printed: the tip follows the path by the program of the papers with these weights; None: by the usual one.
     structure_names: name of a structure by its id, for words; by default its id.
+    bent_inspection: a robot that compensates its deflection holds the bent view point on a target; False: the unbent
+        one, as in runs recorded without this value.
     """
 
     tree: Proximity
@@ -41,6 +43,7 @@ class Scene:
     structure_names: Mapping[str, str] = field(default_factory=dict)
     shaft: ShaftDirections | None = None
     printed: PrintedWeights | None = None
+    bent_inspection: bool = True
 
     def placed_robot(self) -> PlacedRobot:
         """The robot with its base in the patient frame and the tool's tip as its tip."""

@@ -46,6 +46,9 @@ class SceneSpec:
 
     robot, tool: a shipped name or file, or the object, such as one from your own URDF.
     zones, fixtures: objects of this library, or of user-defined classes that can be pickled.
+
+    Raises:
+        InputError: bent_inspection is neither True nor False.
     """
 
     vertices: Array
@@ -63,6 +66,11 @@ class SceneSpec:
     structure_names: Mapping[str, str] = field(default_factory=dict)
     shaft: ShaftDirections | None = None
     printed: PrintedWeights | None = None
+    bent_inspection: bool = True
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.bent_inspection, bool):
+            raise InputError(f"bent_inspection of a scene is true or false, not {self.bent_inspection!r:.20}")
 
     @classmethod
     def of(cls, scene: Scene, solver: str = DUAL) -> Self:
@@ -71,7 +79,7 @@ class SceneSpec:
         return cls(
             np.asarray(mesh.vertices), np.asarray(mesh.faces), scene.robot, scene.tool, scene.base, scene.q_start,
             path, scene.targets, scene.target_names, scene.zones, scene.fixtures, solver,
-            scene.structure_names, scene.shaft, scene.printed,
+            scene.structure_names, scene.shaft, scene.printed, scene.bent_inspection,
         )  # fmt: skip
 
     def robot_model(self) -> RobotModel:
@@ -89,7 +97,7 @@ class SceneSpec:
         robot, tool = self.robot_model(), self.tool_itself()
         return Scene(
             tree, robot, tool, self.base, self.q_start, path, self.targets, self.target_names, self.zones,
-            self.fixtures, self.structure_names, self.shaft, self.printed,
+            self.fixtures, self.structure_names, self.shaft, self.printed, self.bent_inspection,
         )  # fmt: skip
 
 
@@ -144,6 +152,7 @@ class RigidSpec:
             "solver": scene.solver,
             "structure_names": dict(scene.structure_names),
             "settings": self.control.to_dict(),
+            "bent_inspection": scene.bent_inspection,
         }
         if scene.printed is not None:
             values["printed"] = asdict(scene.printed)
@@ -169,6 +178,7 @@ class RigidSpec:
                 dict(values.get("structure_names", {})),
                 shaft_from(arrays),
                 PrintedWeights(**values["printed"]) if "printed" in values else None,
+                values.get("bent_inspection", False),  # runs of before have none
             )
             return cls(scene, ControlSettings.from_dict(values["settings"]))
         except (KeyError, TypeError) as error:

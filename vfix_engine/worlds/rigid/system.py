@@ -344,7 +344,7 @@ class RigidSystem:
             self._inspections[number],
             self._approaches[number],
         )
-        if on_robot and settings.compliance_mm_per_n:
+        if on_robot and settings.compliance_mm_per_n and self.scene.bent_inspection:
             # The bent robot's point is held on the target, so the unbent one's is held beside it by −C f.
             bent = settings.compliance_mm_per_n * push
             goal = self._aim(state, bent)
