@@ -22,7 +22,7 @@ from vfix_engine.study.series import RunSeries, series_of
 from vfix_engine.worlds.registry import spec_of
 from vfix_engine.worlds.rigid.row import PHASES
 
-VERSION = 2  # of the definitions of the score and of a hold
+VERSION = 3  # of the definitions of the score and of a hold
 RATE_HZ = 30.0
 MOST_SAMPLES = 36_000  # of one answer; longer runs have fewer a second
 

@@ -34,7 +34,7 @@ export function factsOf(score) {
   for (const [name, least] of Object.entries(score.least_clearance_mm)) facts.push({ name: `Nearest to ${name}`, value: `${least >= score.reach_mm - 1e-6 ? "≥ " : ""}${millimetres(least)}`, worse: least < 0 });
   if (score.contacts) facts.push({ name: "Contacts", value: `${score.contacts}, ${fixed(score.max_depth_mm, 1)} mm deep`, worse: true });
   else if (!score.certified) facts.push({ name: "Contacts", value: "none" });
-  facts.push({ name: "Held", value: duration(score.held_s) });
+  if (score.mode !== "freehand") facts.push({ name: "Held", value: duration(score.held_s) }); // nothing holds a free hand
   if (score.spectral_arc_length !== null) facts.push({ name: "Smoothness", value: fixed(score.spectral_arc_length, 2) });
   return facts;
 }
