@@ -53,7 +53,7 @@ export function scoreFacts(score) {
 export function learningPart(last, teacher, curve) {
   if (last.length < 2) return nothing;
   const level = teacher?.score?.error_mm ?? null;
-  return html`<div class="learning-part"><h3>Tip error of the last ${last.length} runs</h3>${curve.element}
+  return html`<div class="learning-part"><h3>Tip error of the last ${last.length} completed runs</h3>${curve.element}
     ${level === null ? nothing : html`<p class="plot-keys teacher-key"><span><i class="dashed"></i>teacher <span class="number">${millimetres(level)}</span></span></p>`}</div>`;
 }
 
