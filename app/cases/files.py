@@ -15,7 +15,7 @@ from app.kit.errors import TooLarge
 from app.store import FileStore
 from app.store.errors import StorageError
 from vfix_engine.anatomy.bone import SurfaceReport
-from vfix_engine.anatomy.lumen.colon_case import colon_case
+from vfix_engine.anatomy.lumen.colon_case import ColonCase, colon_case
 from vfix_engine.anatomy.phantom import load_head_ct, load_nose_ct
 from vfix_engine.errors import InputError
 from vfix_engine.files.mesh_files import read_mesh
@@ -29,11 +29,12 @@ PHANTOM_CT: dict[str, Callable[[], Volume]] = {"phantom:head": load_head_ct, "ph
 
 
 @functools.cache
-def _colon() -> TriangleMesh:
-    return colon_case().mesh
+def shipped_colon() -> ColonCase:
+    """The synthetic colon that travels with vfix, made once in a process."""
+    return colon_case()
 
 
-PHANTOM_SURFACES: dict[str, Callable[[], TriangleMesh]] = {"phantom:colon": _colon}  # made when they are first read
+PHANTOM_SURFACES: dict[str, Callable[[], TriangleMesh]] = {"phantom:colon": lambda: shipped_colon().mesh}
 
 
 class CaseFiles:

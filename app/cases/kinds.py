@@ -15,19 +15,22 @@ PatientPart = Literal["structures", "threshold", "paint", "overlays"]
 class KindSpec:
     """A kind of case on the page.
 
-    noun: in messages. surface: its anatomy in the scene, in one word. opacity: of that surface when a case is opened,
-    from 0 to 1; less than 1 where a person looks into it.
+    noun: in messages. then: the tab that comes after Patient. surface: its anatomy in the scene, in one word.
+    anatomy: the same within a sentence. opacity: of that surface when a case is opened, from 0 to 1; less than 1 where
+    a person looks into it.
     parts: of the Patient tab's panel, beside the list of cases and the import. sliced: it may have a CT, and slices.
     """
 
     noun: str
+    then: str
     surface: str
+    anatomy: str
     opacity: float
     parts: tuple[PatientPart, ...]
     sliced: bool
 
 
 KINDS: dict[CaseKind, KindSpec] = {
-    "head": KindSpec("head", "Bone", 1.0, ("structures", "threshold", "paint", "overlays"), True),
-    "lumen": KindSpec("lumen", "Wall", 0.3, (), False),
+    "head": KindSpec("head", "Plan", "Bone", "bone", 1.0, ("structures", "threshold", "paint", "overlays"), True),
+    "lumen": KindSpec("lumen", "Route", "Wall", "the wall", 0.3, (), False),
 }

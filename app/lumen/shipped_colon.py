@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 
-from app.cases.files import PHANTOM_SURFACES, surface_info
+from app.cases.files import PHANTOM_SURFACES, shipped_colon, surface_info
 from app.cases.model import (
     COLON_PHANTOM,
     CaseContent,
@@ -21,7 +22,6 @@ from app.lumen.service import RouteService
 from app.store import Store
 from app.store.errors import StoreDamaged
 from app.store.models import DocumentRow
-from vfix_engine.anatomy.lumen.colon_case import colon_case
 
 SAMPLE_ROUTE = "colon-phantom-sample"
 _NAME = "Colon phantom"
@@ -53,11 +53,12 @@ def shipped_hash() -> str:
     return hashlib.sha256(f"{_SOURCE} {_VERSION}".encode()).hexdigest()
 
 
+@functools.cache
 def _content() -> CaseContent:
     mesh = PHANTOM_SURFACES[_SOURCE]()
     info = surface_info(LUMEN, mesh, _SOURCE)
     digest = hashlib.sha256(mesh.vertices.tobytes() + mesh.faces.tobytes()).hexdigest()
     structure = anatomy_structure("lumen", info, f"sha256:{digest}", Provenance("shipped"), is_closed(mesh))
-    places = colon_case().course.landmarks
+    places = shipped_colon().course.landmarks
     marks = tuple(CaseLandmark(name.replace("_", " ").capitalize(), to_triple(at)) for name, at in places.items())
     return CaseContent(CaseFrame("LPS", assumed=False), (info,), kind="lumen", structures=(structure,), landmarks=marks)

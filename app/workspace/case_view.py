@@ -307,7 +307,7 @@ def case_section(case: Case, loading: str, hidden: Collection[str] = ()) -> Case
             {"name": surface.name, "triangles": surface.triangles, "words": surface.words}
             for surface in case.own_surfaces
         ],
-        "uncertainty": case.uncertainty.words(),
+        "uncertainty": case.uncertainty.words(kind.anatomy),
         "has_volume": case.has_volume,
         "images": holds_images(case),
         "beads": len(case.beads),

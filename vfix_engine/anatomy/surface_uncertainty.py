@@ -41,17 +41,17 @@ class SurfaceUncertainty:
         """Distance that the controller adds to every margin."""
         return self.thinning_mm + self.resampled_mm
 
-    def words(self) -> str:
-        """The uncertainty as a phrase with numbers; '' if there is none."""
+    def words(self, anatomy: str = "bone") -> str:
+        """The uncertainty of the anatomy of this name as a phrase with numbers; '' if there is none."""
         if self.voxel_mm:
-            return self._figures()
-        unknown = "how far bone may lie off its surface is not known, since it came without a CT"
+            return self._figures(anatomy)
+        unknown = f"how far {anatomy} may lie off its surface is not known, since it came without a CT"
         moved = (
             f"{unknown}; thinning and smoothing moved it by up to {self.thinning_mm:.2f} mm, which the margin grows by"
         )
         return moved if self.thinning_mm else unknown
 
-    def _figures(self) -> str:
+    def _figures(self, anatomy: str = "bone") -> str:
         causes = []
         if hidden := slice_uncertainty_mm(self.voxel_mm):
             causes.append(f"{hidden:.2f} mm: slices {self.voxel_mm:g} mm apart")
@@ -60,7 +60,9 @@ class SurfaceUncertainty:
         further = ", thin bone further" if hidden else ""
         if self.resampled_mm:
             causes.append(f"{self.resampled_mm:.2f} mm: tilted slices resampled, added to the margin")
-        return f"bone may lie {self.off_mm:.2f} mm off its surface{further} ({'; '.join(causes)})" if causes else ""
+        return (
+            f"{anatomy} may lie {self.off_mm:.2f} mm off its surface{further} ({'; '.join(causes)})" if causes else ""
+        )
 
     def warning(self, margin_mm: float) -> str:
         """A phrase if the margin, with what is added to it, is smaller than the uncertainty, else ''."""

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from app.cases.kinds import KindSpec
 
-def patient_hint(case_open: bool, loading: bool) -> str:
+
+def patient_hint(kind: KindSpec | None, loading: bool) -> str:
+    """kind: of the open case; None where none is open."""
     if loading:
-        return "The head is being prepared."
-    if not case_open:
+        return f"The {'head' if kind is None else kind.noun} is being prepared."
+    if kind is None:
         return "Choose a head, or import a CT."
-    return "Drag to turn the head. Then go to Plan."
+    return f"Drag to turn the {kind.noun}. Then go to {kind.then}."

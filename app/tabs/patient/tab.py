@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from app.cases.kinds import KINDS
 from app.exchange.patient_images import holds_images
 from app.kit.kept import Same
 from app.messages.fields import ClientMessage
@@ -82,4 +83,5 @@ class PatientTab(Tab):
         return self._structures.layers()
 
     def hint(self) -> str:
-        return patient_hint(self.workspace.case.case_id is not None, bool(self.workspace.case.loading))
+        kind = self.workspace.case.kind
+        return patient_hint(None if kind is None else KINDS[kind], bool(self.workspace.case.loading))

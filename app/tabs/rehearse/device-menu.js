@@ -67,7 +67,7 @@ export class DeviceMenu {
       @click=${() => this.choose(kind)}>${NAMES[kind]}</button>`;
     const rows = AXES[devices.kind].map(([what, by]) => html`<li class="axis"><span>${what}</span><span class="axis-bar" aria-hidden="true"><i></i></span><span class="axis-by">${by}</span></li>`);
     const ask = devices.kind === "space-mouse" && devices.spaceMouse.askable;
-    draw(this.element, titled("Device", null, html`
+    draw(this.element, titled("Hand device", null, html`
       <div class="segmented devices" role="group" aria-label="Device">${DEVICES.map(choice)}</div>
       ${hintLine("device-words", this.words, HELP, Boolean(devices.source?.trouble))}
       ${ask ? html`<button type="button" class="wide" id="connect-device" @click=${() => devices.spaceMouse.ask()}>Connect SpaceMouse</button>` : nothing}

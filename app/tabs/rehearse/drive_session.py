@@ -23,6 +23,8 @@ from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.runtime.control_mode import FREEHAND
 
+ENDED = "The drive ended"
+
 _LOG = logging.getLogger(__name__)
 
 RehearsalRecord = DriveRecord[PreparedRehearsal, ToolSnapshot]
@@ -65,8 +67,11 @@ class RehearsalSession(DriveTab[PreparedRehearsal, ToolSnapshot]):
 
     def _plan_opened(self) -> None:
         """Go to the drive of the plan that is open now."""
-        plan = self.workspace.plan.current
+        plan, drive = self.workspace.plan.current, self.drive
+        now = self.now if drive is None else drive.read(self.client)
         self.go_to(None if plan is None else DriveKey(plan.case_id, plan.id))
+        if drive is not None and not self._drives.has(drive) and now.snapshot is not None and now.snapshot.steps:
+            self.workspace.note(f"{ENDED}." if now.unrecorded else f"{ENDED}; its run is in Review.")
         if plan is not None:
             case = self._services.cases.get(plan.case_id)
             self._uncertainty, self._has_ct = case.uncertainty, bool(case.volumes)

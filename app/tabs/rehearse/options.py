@@ -30,6 +30,7 @@ ENTRY, MM = "entry", "mm"  # of a position that is not a path point
 RANGES_MM: dict[str, tuple[float, float, float]] = {"tube_mm": (0.5, 10.0, 0.1), "stop_mm": (0.5, 20.0, 0.5)}
 NO_PATH_YET = "The plan has no path yet."
 OF_ANOTHER = "Another window holds the handle."
+TAKE_FIRST = "Take the handle first."
 
 
 @dataclass(frozen=True)
@@ -144,10 +145,12 @@ def options_section(
     centre: CentreSection | None,
     has_ct: bool,
     may_change: bool,
+    free: bool = False,
 ) -> OptionsSection:
     """Options, the effect of each, and why one cannot be used.
 
-    in_force: of the present robot; None where there is none. centre: None without a path.
+    in_force: of the present robot; None where there is none. centre: None without a path. free: nobody
+    holds the handle.
     """
     refusals = {
         "soft_tissue": "" if has_ct else NO_CT,
@@ -162,7 +165,7 @@ def options_section(
             "label": label,
             "words": _option_words(words, _is_on(wanted, name), _is_on(in_force or wanted, name)),
             "on": _is_on(wanted, name),
-            "refusal": refusals[name] or ("" if may_change else OF_ANOTHER),
+            "refusal": refusals[name] or ("" if may_change else not_held(free)),
         }
         for name, (label, words) in _LABELS.items()
     ]
@@ -173,6 +176,11 @@ def options_section(
         "lengths": {name: _length(name, mm) for name in RANGES_MM if (mm := getattr(wanted, name)) is not None},
         "words": "In force from ‘Start’ or ‘Reset to entry’." if changed else "",
     }
+
+
+def not_held(free: bool) -> str:
+    """Why a client without the handle is refused. free: nobody holds it."""
+    return TAKE_FIRST if free else OF_ANOTHER
 
 
 def _is_on(options: RehearsalOptions, name: str) -> bool:

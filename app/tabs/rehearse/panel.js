@@ -55,8 +55,10 @@ export default class RehearsePanel {
     this.words = h("p", { class: "words" });
     this.startButton = h("button", { type: "button", class: "primary", id: "start", onclick: () => this.startOrPause() });
     this.resetButton = h("button", { type: "button", id: "reset", onclick: () => this.resetOrEnd() }, "Reset to entry");
+    this.startRow = h("div", { class: "buttons even" }, this.startButton, this.resetButton);
     this.leaseWords = h("p", { class: "words" });
     this.leaseButton = h("button", { type: "button", class: "wide", id: "lease", onclick: () => this.lease() });
+    this.handle = group("Handle", null, this.leaseWords, this.leaseButton);
     this.modeButtons = TASKS.map(([mode, label]) =>
       h("button", { type: "button", "data-mode": mode, onclick: () => this.setMode(mode) }, label));
     this.modes = h("div", { class: "segmented", role: "group", "aria-label": "Task" }, this.modeButtons);
@@ -101,13 +103,13 @@ export default class RehearsePanel {
     this.assignment = new AssignmentGroup(connection);
     this.comments = new CommentsGroup(connection);
     this.element = h("div", {}, this.endCard.element, this.assignment.element,
-      group("Drive", null, this.words, this.unrecorded, this.registration.element, this.tissueWords, h("div", { class: "buttons even" }, this.startButton, this.resetButton), this.countdown.element),
+      group("Drive", null, this.words, this.unrecorded, this.registration.element, this.tissueWords, this.startRow, this.countdown.element),
       this.comments.element,
       this.controls.element,
       group("Task", null, this.modes, this.target, this.modeWords,
         h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
         this.progressWords, this.progress, this.approach.element, this.soFar),
-      group("Handle", null, this.leaseWords, this.leaseButton),
+      this.handle,
       this.devices.element,
       this.truth.element,
       this.rehearsalOptions.element,
@@ -145,9 +147,9 @@ export default class RehearsePanel {
     this.soFar.textContent = rehearsal.so_far ?? "";
     this.soFar.hidden = !rehearsal.so_far;
     const passed = Math.max(0, ...(isOld(state.corridor) ? null : state.corridor?.verdict?.profile.tissue_mm) ?? []); // the length that the verdict of the plan names
-    say(this.tissueWords, `Presses soft tissue along ${fixed(passed, 0)} mm. Nothing keeps it off that.`);
+    say(this.tissueWords, `The path presses soft tissue along ${fixed(passed, 0)} mm.`);
     const held = state.options?.items.some(({ name, on }) => name === "soft_tissue" && on);
-    this.tissueWords.hidden = !live || held || passed < 0.5;
+    this.tissueWords.hidden = !live || freehand || held || passed < 0.5;
   }
 
   /**
@@ -173,10 +175,11 @@ export default class RehearsePanel {
     this.resetButton.disabled = !driving && !(silent && (rehearsal.mine || rehearsal.can_take));
     say(this.leaseWords, !live ? "The handle appears when the robot is in place." : rehearsal.mine
       ? "This window holds the handle. Drag the sphere on the shaft."
-      : rehearsal.can_take ? "Nobody holds the handle." : `${rehearsal.holder ?? "Another window"} holds the handle. You watch, and may pause.`);
+      : rehearsal.can_take ? "Nobody holds the handle." : `${rehearsal.holder ?? "Nobody"} holds the handle. You watch, and may pause.`);
     this.leaseButton.hidden = !live;
     this.leaseButton.textContent = rehearsal.mine ? "Release handle" : "Take handle";
     this.leaseButton.disabled = !rehearsal.mine && !rehearsal.can_take;
+    this.placeLease(live && !rehearsal.mine && Boolean(rehearsal.can_take));
     for (const button of this.modeButtons) {
       const mode = button.dataset.mode;
       button.setAttribute("aria-pressed", String(mode === rehearsal.mode));
@@ -193,6 +196,18 @@ export default class RehearsePanel {
     this.back.disabled ||= !freehand && mode !== "path";
     for (const button of [this.twistLeft, this.twistRight]) button.disabled ||= !freehand && mode !== "free" && phase !== "inspect_hold";
     for (const button of [this.forward, this.back, this.twistLeft, this.twistRight]) if (button.disabled) button.letGo();
+  }
+
+  /**
+   * 'Take handle' is beside Start, in the place of a reset that nobody may do, where only it lets the user go on.
+   * @param {boolean} first
+   */
+  placeLease(first) {
+    const row = first ? this.startRow : this.handle, focused = document.activeElement === this.leaseButton;
+    this.resetButton.hidden = first;
+    if (this.leaseButton.parentElement === row) return;
+    row.append(this.leaseButton);
+    if (focused) (first || this.startButton.disabled ? this.leaseButton : this.startButton).focus();
   }
 
   /** @param {Partial<RehearsalSection>} rehearsal */

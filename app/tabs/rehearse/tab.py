@@ -269,7 +269,9 @@ class RehearseTab(RehearsalSession):
             "details": Section(Same(snapshot), lambda: details_section(snapshot)),
             "settings": Section(settings, lambda: settings_section(*settings)),
             "options": self._options(now),
-            "approach": Section((Same(now.prepared), now.may_instruct), lambda: approach_section(now)),
+            "approach": Section(
+                (Same(now.prepared), now.may_instruct, now.holder is None), lambda: approach_section(now)
+            ),
             "tool": Section(Same(snapshot), lambda: tool_section(snapshot)),
             "nearness": self._nearness(now),
             "truth": self.truth.section(_settings(now), now.mine),
@@ -297,11 +299,12 @@ class RehearseTab(RehearsalSession):
     def _options(self, now: RehearsalRecord) -> Section[OptionsSection]:
         plan, wanted = self.workspace.plan.current, self.wanted
         in_force = None if now.prepared is None else now.prepared.options
-        key = Same(plan), wanted, in_force, now.may_prepare, Same(self._centre.known), self._has_ct
+        free = now.holder is None
+        key = Same(plan), wanted, in_force, now.may_prepare, free, Same(self._centre.known), self._has_ct
 
         def build() -> OptionsSection:
             centre = None if plan is None or len(plan.content.points) < 2 else self._centre.section(wanted.centre)
-            return options_section(wanted, in_force, centre, self._has_ct, now.may_prepare)
+            return options_section(wanted, in_force, centre, self._has_ct, now.may_prepare, free)
 
         return Section(key, build)
 

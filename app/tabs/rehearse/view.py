@@ -14,7 +14,7 @@ from app.drives.view import drive_section, number, place
 from app.planning.nearness import REACH_MM, Nearness, nearness
 from app.tabs.rehearse.drive_figures import FELT_N, DriveFigures
 from app.tabs.rehearse.drive_session import RehearsalRecord
-from app.tabs.rehearse.options import OF_ANOTHER
+from app.tabs.rehearse.options import not_held
 from app.tabs.rehearse.sections import (
     ApproachSection,
     ContactView,
@@ -154,7 +154,7 @@ def approach_section(now: RehearsalRecord) -> ApproachSection | None:
             for number, (item, at) in enumerate(prepared.point_places(), 1)
         ],
         "length_mm": length,
-        "refusal": FREE_APPROACH if prepared.free else "" if now.may_instruct else OF_ANOTHER,
+        "refusal": FREE_APPROACH if prepared.free else "" if now.may_instruct else not_held(now.holder is None),
     }
 
 

@@ -20,7 +20,7 @@ export const FIGURES = [
   { name: "Nearest to any structure", unit: "mm", digits: 2, of: ({ least_clearance_mm: least }) => Math.min(...Object.values(least)), more: true, most: ({ reach_mm: reach }) => reach },
   { name: "Contacts", unit: "", digits: 0, of: ({ contacts }) => contacts },
   { name: "Deepest contact", unit: "mm", digits: 2, of: ({ max_depth_mm: depth }) => depth },
-  { name: "Held", unit: "s", digits: 1, of: ({ held_s: held }) => held },
+  { name: "Held", unit: "s", digits: 1, of: ({ held_s: held, mode }) => (mode === "freehand" ? null : held) },
   { name: "Path length", unit: "mm", digits: 1, of: ({ path_length_mm: length }) => length },
   { name: "Smoothness", unit: "", digits: 2, of: ({ spectral_arc_length: smooth }) => smooth, more: true },
 ];

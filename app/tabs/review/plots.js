@@ -2,7 +2,7 @@
 import { h } from "/static/js/dom.js";
 import { fixed } from "/static/js/format.js";
 import { UNCERTIFIED, millimetres, modeWord } from "/static/js/runs.js";
-import { plotInto, plotOptions } from "/static/js/plot-line.js";
+import { digitsOf, plotInto, plotOptions } from "/static/js/plot-line.js";
 import { THEMED } from "/static/js/theme.js";
 import { errorAlongPath, leastClearance, overTime, sampleAt, speeds, timeAlong } from "./curves.js";
 
@@ -37,7 +37,7 @@ export function contentsOf(main, ghost) {
   const inspected = main.progress_mm.every((s) => s === null) || errorAlongPath([main]).x.length < 2;
   const error = inspected ? overTime(runs, (series) => series.error_mm) : errorAlongPath(runs);
   const most = Math.max(0, ...error.lines.flat().map((one) => one ?? 0));
-  const digits = most < 0.1 ? 3 : 2;
+  const digits = Math.max(digitsOf(most), 2);
   const colours = ["--accent", "--caution", "--target", "--ghost", "--text-soft", "--alarm", "--fits"];
   const reach = Math.max(...main.reach_mm);
   return [

@@ -19,4 +19,4 @@ class ReviewTab(Tab):
         self.workspace.case.open_up([] if plan is None else [item.position for item in plan_items(plan)])
 
     def hint(self) -> str:
-        return "Choose a run. Space plays it; drag over a plot to go through it."
+        return "Space plays the chosen run; drag a plot to go through it."

@@ -105,6 +105,6 @@ export function valueWords({ value, unit }) {
 export function criteriaList(criteria) {
   return html`<dl class="facts criteria">${criteria.map((one) => {
     const judged = "value" in one;
-    return html`<dt>${one.label}</dt><dd data-passed=${judged ? String(one.passed) : ""}>${judged ? `${one.passed ? "✓" : "✗"} ${valueWords(one)}` : ""}${typeof one.limit === "boolean" && judged ? "" : `${judged ? ", " : ""}${limitWords(one)}`}</dd>`;
+    return html`<dt>${one.label}</dt><dd data-passed=${judged ? String(one.passed) : ""}>${judged ? `${one.passed ? "✓" : "✗"} ${valueWords(one)}` : ""}${typeof one.limit === "boolean" && judged ? "" : `${judged ? ", " : typeof one.limit === "boolean" ? "wanted: " : ""}${limitWords(one)}`}</dd>`;
   })}</dl>`;
 }

@@ -1,6 +1,6 @@
 // The last runs of a plan as a small plot: whether one gets better, and how far the teacher is.
 import { h } from "./dom.js";
-import { plotInto, plotOptions } from "./plot-line.js";
+import { digitsOf, plotInto, plotOptions } from "./plot-line.js";
 import { millimetres } from "./runs.js";
 import { THEMED } from "./theme.js";
 
@@ -36,7 +36,7 @@ export class LearningCurve {
     this.plot = null;
     this.fit();
     const last = runs.at(-1)?.score, taught = level === null ? "" : `; teacher ${millimetres(level)}`;
-    this.element.setAttribute("aria-label", `Tip error of the last ${runs.length} runs; newest ${millimetres(last?.error_mm)}${taught}`);
+    this.element.setAttribute("aria-label", `Tip error of the last ${runs.length} completed runs; newest ${millimetres(last?.error_mm)}${taught}`);
   }
 
   fit() {
@@ -48,7 +48,7 @@ export class LearningCurve {
     }
     const most = Math.max(level ?? 0, ...runs.map(({ score }) => score?.error_mm ?? 0));
     const lines = [{ name: "Tip error", colour: "--accent", points: true }, ...(level === null ? [] : [TEACHER])];
-    const options = plotOptions({ width, height: HEIGHT, lines, x: (value) => (Number.isInteger(value) ? String(value) : ""), unit: "mm", digits: most < 0.1 ? 3 : most < 1 ? 2 : 1 });
+    const options = plotOptions({ width, height: HEIGHT, lines, x: (value) => (Number.isInteger(value) ? String(value) : ""), unit: "mm", digits: digitsOf(most) });
     const errors = runs.map(({ score }) => score?.error_mm ?? null);
     this.plot = plotInto({ ...options, cursor: { show: false } }, [[...runs.keys()].map((index) => index + 1), errors, ...(level === null ? [] : [runs.map(() => level)])], this.element);
   }

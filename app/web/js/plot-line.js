@@ -34,10 +34,18 @@ export function plotOptions({ width, height, lines, x, unit, digits = 1, least =
     scales: { x: { time: false }, y: { range: (...[, low, high]) => rangeOf(least ?? low, high) } },
     axes: [
       { ...common, size: 22, values: (...[, values]) => values.map((value) => x(value)) },
-      { ...common, size: 46, values: (...[, values]) => values.map((value) => fixed(value, digits)), label: unit, labelSize: 14, labelFont: FONT, labelGap: 0 },
+      { ...common, size: 46 + 7 * Math.max(digits - 3, 0), values: (...[, values]) => values.map((value) => fixed(value, digits)), label: unit, labelSize: 14, labelFont: FONT, labelGap: 0 },
     ],
     series: [{}, ...lines.map((line) => seriesOf(line))],
   };
+}
+
+/**
+ * Decimals by which the ticks of an axis that goes to a value differ.
+ * @param {number} most
+ */
+export function digitsOf(most) {
+  return Math.min(Math.max(Math.ceil(1 - Math.log10(most || 1)), 1), 6);
 }
 
 /** @param {Line} line @returns {Series} */

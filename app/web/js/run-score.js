@@ -34,7 +34,7 @@ export function factsOf(score) {
   for (const [name, least] of Object.entries(score.least_clearance_mm)) facts.push({ name: `Nearest to ${name}`, value: `${least >= score.reach_mm - 1e-6 ? "≥ " : ""}${millimetres(least)}`, worse: least < 0 });
   if (score.contacts) facts.push({ name: "Contacts", value: `${score.contacts}, ${fixed(score.max_depth_mm, 1)} mm deep`, worse: true });
   else if (!score.certified) facts.push({ name: "Contacts", value: "none" });
-  facts.push({ name: "Held", value: duration(score.held_s) });
+  if (score.mode !== "freehand") facts.push({ name: "Held", value: duration(score.held_s) }); // nothing holds a free hand
   if (score.spectral_arc_length !== null) facts.push({ name: "Smoothness", value: fixed(score.spectral_arc_length, 2) });
   return facts;
 }
@@ -53,7 +53,7 @@ export function scoreFacts(score) {
 export function learningPart(last, teacher, curve) {
   if (last.length < 2) return nothing;
   const level = teacher?.score?.error_mm ?? null;
-  return html`<div class="learning-part"><h3>Tip error of the last ${last.length} runs</h3>${curve.element}
+  return html`<div class="learning-part"><h3>Tip error of the last ${last.length} completed runs</h3>${curve.element}
     ${level === null ? nothing : html`<p class="plot-keys teacher-key"><span><i class="dashed"></i>teacher <span class="number">${millimetres(level)}</span></span></p>`}</div>`;
 }
 

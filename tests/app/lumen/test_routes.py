@@ -17,7 +17,9 @@ from app.lumen.document import Route
 from app.lumen.shipped_colon import SAMPLE_ROUTE, ensure_colon_phantom, shipped_hash
 from app.operations.operation import Context
 from app.services import Services
+from app.tabs.patient.hints import patient_hint
 from app.tabs.registry import specs
+from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import InputError
 
 
@@ -56,6 +58,15 @@ def test_what_was_done_to_the_colon_stays_and_another_one_of_the_engine_takes_it
 def test_every_kind_of_case_has_a_tab_beside_patient() -> None:
     for kind in KINDS:
         assert [spec.name for spec in specs() if kind in spec.kinds], kind
+
+
+def test_the_patient_tab_names_what_is_open_and_where_to_go() -> None:
+    assert patient_hint(KINDS["head"], False) == "Drag to turn the head. Then go to Plan."
+    assert patient_hint(KINDS["lumen"], False) == "Drag to turn the lumen. Then go to Route."
+    for kind in KINDS.values():
+        assert kind.then in [spec.label for spec in specs()]
+    unknown = SurfaceUncertainty(0.0, 0.0).words(KINDS["lumen"].anatomy)
+    assert unknown.startswith("how far the wall may lie off its surface is not known")
 
 
 def test_a_route_is_edited_over_rest_and_its_pathway_is_a_job(client: Client, phantom_services: Services) -> None:

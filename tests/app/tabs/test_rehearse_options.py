@@ -22,7 +22,7 @@ from app.plans.model import without_placement
 from app.plans.service import Plan
 from app.services import Services
 from app.tabs.rehearse import commands as c
-from app.tabs.rehearse.options import CentrePlaces, options_section
+from app.tabs.rehearse.options import NO_PATH_YET, CentrePlaces, options_section
 from app.tabs.rehearse.preparation import PreparedRehearsal, plan_key, prepare
 from app.tabs.rehearse.tab import RehearseTab
 from vfix_engine.errors import ControlError, PlanError
@@ -325,6 +325,10 @@ def test_an_option_comes_into_force_with_a_reset_and_the_page_says_so(phantom_se
     with pytest.raises(ControlError, match="holds the handle"):
         tab.handle(wish)
     assert {item["refusal"] for item in sections_of(tab)["options"]["items"]} == {"Another window holds the handle."}
+    assert {item["refusal"] for item in options_section(NO_OPTIONS, None, None, True, False, free=True)["items"]} == {
+        NO_PATH_YET,
+        "Take the handle first.",
+    }
     tab.close()
     phantom_services.plans.documents.delete(plan.id)
 

@@ -72,6 +72,19 @@ def _in_place(tab: RehearseTab, plan: Plan) -> Robot:
     return robot
 
 
+@pytest.mark.parametrize("steps", [0, 300])
+def test_another_plan_ends_a_drive_and_says_so(phantom_services: Services, steps: int) -> None:
+    """Not of a robot that has only stood at the entry."""
+    plan, heard = phantom_services.plans.get(SAMPLE), Heard()
+    tab = _tab(phantom_services, plan, heard)
+    robot: Any = _in_place(tab, plan)
+    robot.snapshot = lambda: SimpleNamespace(steps=steps, running=True)
+    tab.workspace.plan.provide(lambda: None)
+    tab.workspace.plan.opened()
+    assert not robot.alive
+    assert heard.words == (["The drive ended; its run is in Review."] if steps else [])
+
+
 @pytest.mark.parametrize("locked", [False, True])
 def test_settings_in_force_are_kept_in_the_plan(phantom_services: Services, locked: bool) -> None:
     """The next dry run, the export and the next rehearsal use them; the robot that stands stays where it is."""

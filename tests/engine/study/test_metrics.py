@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -23,6 +24,8 @@ from vfix_engine.errors import InputError
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.shapes import Sphere
 from vfix_engine.robots import Tool
+from vfix_engine.runtime.command import Command
+from vfix_engine.runtime.operator import Act
 from vfix_engine.runtime.run import Run, RunWriter
 from vfix_engine.study.metrics import RunScore, log_dimensionless_jerk, score_run, spectral_arc_length
 from vfix_engine.study.metrics.smoothness import dimensionless, filter_samples, moving
@@ -30,8 +33,10 @@ from vfix_engine.study.series import series_of
 from vfix_engine.virtual_fixtures import Zone
 from vfix_engine.worlds.rigid.headless import HeadlessRun
 from vfix_engine.worlds.rigid.rehearsal import Rehearsal
+from vfix_engine.worlds.rigid.requests import ApproachPoint
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
+from vfix_engine.worlds.rigid.system import ON_PATH_MM, RehearsalState, RigidSystem
 
 MESH, POINTS = curved_tube(radius=6.0)
 NARROW, _ = curved_tube(radius=4.0)  # in which a pushed tool is held
@@ -84,12 +89,30 @@ def drive(folder: Path, job: str, zones: tuple[Zone, ...] = ()) -> Drive:
     report: dict[str, Any] = {}
     if job == "inspect":
         report = headless.inspect(0, 3000)
+    elif job == "back":
+        headless.follow(send_back())
     elif job == "push":
         report = headless.push(600, 3, free=True)
     else:
         headless.follow()
     writer.close()
     return Drive(Run.read(folder / job), spec, report | headless.tally.report(), held, target_error)
+
+
+def send_back() -> Callable[[RigidSystem, RehearsalState], Act]:
+    """A hand that is half way when it asks for an approach to a place behind it."""
+    sent = False
+
+    def act(system: RigidSystem, state: RehearsalState) -> Act:
+        nonlocal sent
+        path = system.scene.path
+        assert path is not None
+        if sent or state.phase != "follow" or state.nearest is None or state.nearest.s < 0.5 * path.length:
+            return Act(Command(np.zeros(3), drive=1))
+        sent = True
+        return Act(Command(np.zeros(3), drive=1), (ApproachPoint(0.3 * path.length),))
+
+    return act
 
 
 @pytest.fixture(scope="module")
@@ -127,6 +150,37 @@ def test_the_path_error_is_the_distance_to_the_curve_of_another_library(followed
     assert score.approach.path_length_mm == pytest.approx(
         sum(map(math.dist, tip[: on_path[0]], tip[1 : on_path[0] + 1]))
     )
+
+
+def test_an_approach_on_the_way_does_not_count_in_the_path_error(tmp_path: Path) -> None:
+    run = drive(tmp_path, "back")
+    phase = run.run.column("phase")
+    on_path = phase >= 2
+    first = int(np.flatnonzero(on_path)[0])
+    approach = np.flatnonzero(~on_path)
+    between = approach[approach > first]
+    assert len(between) > 10, "there is an approach in the middle"
+    away = cKDTree(curve(POINTS)).query(run.tip)[0]
+    assert away[between].max() > 0.1, "it leaves the path"
+    error = run.score.path_error_mm
+    assert error is not None
+    assert error.robot_frame.max == pytest.approx(away[on_path].max(), abs=2e-4)
+    assert error.robot_frame.mean == pytest.approx(away[on_path].mean(), abs=2e-4)
+    assert run.report["tip_error_mm"]["max"] == pytest.approx(error.robot_frame.max, abs=ON_PATH_MM)
+
+
+def test_a_tip_that_was_pushed_off_the_path_counts(followed: Drive) -> None:
+    """Its phase is an approach too, but nobody asked for it."""
+    ticks = followed.run.ticks.copy()
+    names = [name for name, _ in followed.run.manifest["columns"]]
+    pushed = slice(len(ticks) // 2, len(ticks) // 2 + 50)
+    ticks[pushed, names.index("phase")] = 1.0
+    ticks[pushed, names.index("tip_x")] += 1.0
+    away = cKDTree(curve(POINTS)).query(ticks[pushed][:, [names.index(f"tip_{axis}") for axis in "xyz"]])[0]
+    error = score_run(replace(followed.run, ticks=ticks)).path_error_mm
+    assert error is not None
+    assert error.robot_frame.max == pytest.approx(away.max(), abs=1e-3)
+    assert away.max() > 0.5
 
 
 def test_the_true_error_of_a_rigid_displacement(followed: Drive) -> None:

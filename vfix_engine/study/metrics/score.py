@@ -9,13 +9,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, BoolArray
 from ...errors import InputError
 from ...runtime.command import COMMAND_COLUMNS, POSITION, RATE
+from ...runtime.requests import SetTask
 from ...runtime.run import Run
 from ...runtime.system import SystemSpec
 from ...validate import rigid_transform
 from ...worlds.registry import is_certified, spec_of
+from ...worlds.rigid.requests import ApproachPoint
 from ...worlds.rigid.row import PHASES
 from ..error_chain import ErrorChain
 from .held import HELD, held_by
@@ -27,7 +29,8 @@ PATH_WINDOW_MM = 5.0  # the nearest point of the path is searched this far from 
 _COMMAND_NAMES = [name for name, _ in COMMAND_COLUMNS]
 _LED = {"hand": 0.0, "position": POSITION, "rate": RATE}
 _ON_PATH = [PHASES.index(name) for name in ("follow", "done")]
-_PATH = [PHASES.index("approach"), *_ON_PATH]
+_APPROACH = PHASES.index("approach")
+_PATH = [_APPROACH, *_ON_PATH]
 _ON_TARGET = PHASES.index("inspect_hold")
 
 
@@ -176,7 +179,7 @@ def score_run(
         approach=Approach(
             float(samples.period_s[: task.start].sum()), float(_steps(samples.tip[: task.start + 1]).sum())
         ),
-        path_error_mm=_path_error(samples, believed, true),
+        path_error_mm=_path_error(run, samples, believed, true),
         path_length_mm=float(_steps(samples.tip[task]).sum()),
         spectral_arc_length=_number(spectral_arc_length(speed, rate)),
         log_dimensionless_jerk=_number(log_dimensionless_jerk(speed, rate)),
@@ -216,12 +219,23 @@ def _task(samples: Samples) -> slice:
     return slice(first, len(samples.tip))
 
 
-def _path_error(samples: Samples, believed: _Tool, true: _Tool) -> Errors | None:
-    """Distance of the tip to the path over the samples of the path's task, without the approach."""
-    path, task = samples.path, _task(samples)
-    rows = np.flatnonzero(np.isin(samples.phase, _PATH))
-    rows = rows[rows >= task.start]
-    if path is None or not len(rows) or not np.isin(samples.phase[rows], _ON_PATH).any():
+def _follows(run: Run, samples: Samples) -> BoolArray:
+    """(n,) whether a sample follows the path, or is brought back to it where the tip was pushed off.
+
+    An approach with which the task begins, or to a chosen place of the path, does not follow it.
+    """
+    asked = {event.at - samples.first for event in run.events if isinstance(event.content, (ApproachPoint, SetTask))}
+    follows = np.isin(samples.phase, _ON_PATH)
+    for row in np.flatnonzero(samples.phase == _APPROACH).tolist():
+        follows[row] = row > 0 and follows[row - 1] and row not in asked
+    return follows
+
+
+def _path_error(run: Run, samples: Samples, believed: _Tool, true: _Tool) -> Errors | None:
+    """Distance of the tip to the path over the samples that follow it."""
+    path = samples.path
+    rows = np.flatnonzero(_follows(run, samples))
+    if path is None or not len(rows):
         return None
 
     def errors(places: Array) -> MeanMax:

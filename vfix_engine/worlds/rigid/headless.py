@@ -45,7 +45,7 @@ class RehearsalTally:
     steps: int = 0
     held: int = 0
     approach: int = 0  # steps on which a guide brought the tip to the path
-    on_path: bool = False  # since it last came into the path's mode the tip has been within ON_PATH_MM of it
+    on_path: bool = False  # the tip has been within ON_PATH_MM since it came into the mode or was sent elsewhere
     least_clearance: float = np.inf
     rows: tuple[int, int] = (10**9, 0)
     contacts: int = 0  # times that the tool has come to touch bone
@@ -252,6 +252,8 @@ class HeadlessRun:
         """One step."""
         driver = self._driver
         act = operator(self.rehearsal.system, driver.state)
+        if any(isinstance(request, ApproachPoint) for request in act.requests):
+            self.tally.on_path = False  # it is brought to another place of the path
         begin, before = time.perf_counter(), driver.state.tool.q
         state = driver.act(act)
         seconds = time.perf_counter() - begin
