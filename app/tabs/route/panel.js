@@ -124,7 +124,7 @@ export default class RoutePanel {
         .value=${unlessFocused(value === null ? "" : String(value))} @change=${operation === "route.robot" ? this.robotChanged : this.boundChanged}></label>`;
     return titled("Robot", null, html`<div class="fields three">
       ${number("links", "Links", route.links, "route.robot", "auto")}
-      ${number("length_mm", "Link length, mm", route.length_mm, "route.robot")}
+      ${number("length_mm", "Link, mm", route.length_mm, "route.robot")}
       ${number("radius_mm", "Radius, mm", route.radius_mm, "route.robot")}
       ${number("bound", "Bound, mm", route.bound_mm, "route.bound", "auto")}</div>
       <label class="check"><input type="checkbox" id="route-breathing" data-operation="route.breathing" ?disabled=${route.locked} .checked=${live(route.breathing_mm > 0)}
