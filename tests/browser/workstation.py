@@ -248,6 +248,7 @@ class Workstation:
 
     def tab_to(self, selector: str, back: bool = False) -> None:
         """Press Tab, or Shift+Tab, until an element has the focus."""
+        self.page.locator(selector).first.wait_for(state="attached")  # on a busy machine a panel may come later
         for _ in range(120):
             if self.page.evaluate("(selector) => document.activeElement.matches(selector)", selector):
                 return
