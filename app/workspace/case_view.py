@@ -98,7 +98,7 @@ class CaseView:
             return (mesh, SurfacePicker(mesh), *self._volumes(case))
 
         self._latest.ask(
-            f"The {kind.noun} could not be read", read, lambda found: self._loaded(*found), self._failed, lane=case_id
+            "The case could not be read", read, lambda found: self._loaded(*found), self._failed, lane=case_id
         )
 
     def _volumes(self, case: Case) -> tuple[Volume | None, Volume | None]:

@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from skimage.measure import marching_cubes
 
 from ...arrays import Array
 from ...geometry.curve import Curve
@@ -76,6 +75,8 @@ def synthetic_colon(seed: int = 0, fused: bool = False) -> TriangleMesh:
     field = np.full(shape, margin, dtype=np.float32)
     for centre, radius in zip(centres, radii, strict=True):
         _add_ball(field, (centre - low) / _VOXEL, radius / _VOXEL)
+    from skimage.measure import marching_cubes  # imported here: slow to load
+
     vertices, faces, _, _ = marching_cubes(field, 0.0, gradient_direction="descent")
     return TriangleMesh(low + _VOXEL * vertices.astype(np.float64), faces)
 

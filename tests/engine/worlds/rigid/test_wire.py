@@ -86,7 +86,7 @@ def test_there_is_room_for_every_link_of_a_snake(links: int) -> None:
         forces=random.normal(size=3), progress_mm=1.5, length_mm=2.5, mode="looking", doing="straighten", bend=0.5,
         straight=False, can_look=True, links_inside=links, deviations=random.normal(size=links),
         bounds=random.normal(size=links), resistance=random.normal(size=2), guidance=random.normal(size=2),
-        tissue_age_s=0.1, following=True, looked_deg=random.normal(size=8),
+        tissue_age_s=0.1, following=True, looked_deg=random.normal(size=8), arm="certified", hand_joint=1,
     )  # fmt: skip
     room = snapshot_bytes(SnakeSystemSpec(contours, snake).snapshot_numbers)
     mailbox = Mailbox.create(room)
