@@ -35,7 +35,8 @@ from app.kit.errors import NotFound
 from app.kit.names import check_name
 from app.store import Store
 from app.store.changes import CASES
-from app.store.errors import StoreDamaged, is_of_reading
+from app.store.database_errors import is_of_reading
+from app.store.errors import StoreDamaged
 from app.store.models import CaseRow
 from app.store.scratch import Scratch
 from vfix_engine.anatomy.bone import SurfaceReport

@@ -14,7 +14,7 @@ from app.clock import utc_now
 from app.documents.document import Content, Document, DocumentTitle, Ref
 from app.documents.kind import SETTINGS, DocumentKind
 from app.kit.errors import NotFound
-from app.store.errors import is_of_reading
+from app.store.database_errors import is_of_reading
 from app.store.models import DocumentRow, DocumentStateRow
 from vfix_engine.errors import InputError
 

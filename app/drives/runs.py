@@ -219,12 +219,20 @@ class RunService:
             return _run(row_of(session, run_id))
 
     def file(self, run_id: str, name: str) -> Path:
-        """Path of a file of a run. Raises NotFound, and StorageError when it is gone."""
+        """Path of a file of a run, as it was written.
+
+        Raises NotFound, StorageError when it is gone, and InputError where it has changed since it was recorded.
+        """
         files = self.get(run_id).files
         if name not in files:
             raise NotFound(f"this run has no file {name!r:.40}; it has: {', '.join(files)}.")
+        path = self._path(name, files[name].sha256)
+        _check_unchanged(path, name, files[name].sha256)
+        return path
+
+    def _path(self, name: str, sha256: str) -> Path:
         try:
-            return self._store.run_files.path(files[name].sha256)
+            return self._store.run_files.path(sha256)
         except StorageError as error:  # a run cannot be imported again, as a case can
             raise StorageError(f"{name} of the run is missing; delete the run.") from error
 
@@ -232,16 +240,14 @@ class RunService:
     def laid_out(self, run_id: str) -> Iterator[Path]:
         """The folder of a run as it was written, for a reader of runs; it is removed afterwards.
 
-        Raises as `file`, and InputError for a file that has changed since it was recorded.
+        Raises as `file`.
         """
         files = self.get(run_id).files
         place = self._store.scratch.new_place()
         try:
             for name, file in files.items():
-                shutil.copyfile(self.file(run_id, name), place / name)
-                with (place / name).open("rb") as copy:
-                    if hashlib.file_digest(copy, "sha256").hexdigest() != file.sha256:
-                        raise InputError(f"{name} of the run has changed since it was recorded; delete the run.")
+                shutil.copyfile(self._path(name, file.sha256), place / name)
+                _check_unchanged(place / name, name, file.sha256)
             yield place
         except OSError as error:
             raise StorageError(f"the run could not be laid out: {error.strerror or error}.") from error
@@ -359,6 +365,13 @@ def row_of(session: Session, run_id: str) -> RunRow:
     if row is None:
         raise NotFound(f"there is no run {run_id!r:.80}.")
     return row
+
+
+def _check_unchanged(path: Path, name: str, sha256: str) -> None:
+    """Raises InputError."""
+    with path.open("rb") as file:
+        if hashlib.file_digest(file, "sha256").hexdigest() != sha256:
+            raise InputError(f"{name} of the run has changed since it was recorded; delete the run.")
 
 
 def _run(row: RunRow) -> StoredRun:

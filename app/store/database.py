@@ -17,8 +17,9 @@ from sqlalchemy.orm import Session
 
 from app.settings import Settings
 from app.store.changes import Changes, CountedSession
+from app.store.database_errors import DATABASE_ERRORS, storage_error
 from app.store.derived import DerivedFiles
-from app.store.errors import DATABASE_ERRORS, StorageError, StoreBusy, StoreUnusable, storage_error
+from app.store.errors import StorageError, StoreBusy, StoreUnusable
 from app.store.files import FileStore
 from app.store.private import private_file, private_folder, private_if_there
 from app.store.read_only_copy import ReadOnlyCopy

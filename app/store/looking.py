@@ -9,7 +9,8 @@ from pathlib import Path
 from sqlalchemy import StaticPool, create_engine
 
 from app.settings import Settings
-from app.store.errors import COPY, DATABASE_ERRORS, StorageError, StoreDamaged, storage_error
+from app.store.database_errors import DATABASE_ERRORS, storage_error
+from app.store.errors import COPY, StorageError, StoreDamaged
 from app.store.schema import check_version
 
 _BUSY_S = 5.0

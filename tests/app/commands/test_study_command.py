@@ -1,11 +1,29 @@
 """`vfix study`: a small study as its user runs it, and what is refused."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from app.cli import main
+
+
+WITHOUT_APP = """
+import sys
+sys.modules |= dict.fromkeys(("sqlalchemy", "fastapi", "pydantic", "alembic", "starlette", "viser"))
+from pathlib import Path
+import app.commands.report, app.commands.study
+from app.exchange.plan_files import write_export
+write_export(Path(sys.argv[1]), "written")
+"""
+
+
+def test_reports_are_written_where_page_and_store_are_not_installed(tmp_path: Path) -> None:
+    """`pip install vfix` has `vfix report` and `vfix study`, and none of these libraries."""
+    subprocess.run([sys.executable, "-c", WITHOUT_APP, str(tmp_path / "report")], check=True)
+    assert (tmp_path / "report").read_text(encoding="utf-8") == "written"
 
 
 def test_one_trial_of_the_user_of_li_2004(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

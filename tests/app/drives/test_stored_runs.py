@@ -72,8 +72,11 @@ def test_a_stored_run_whose_file_has_changed_is_refused(runs: RunService, name: 
     path = runs.file(run.id, name)
     path.chmod(0o600)
     path.write_bytes(path.read_bytes() + b" ")
-    with pytest.raises(InputError, match=f"{name} of the run has changed since it was recorded"), runs.laid_out(run.id):
+    changed = f"{name} of the run has changed since it was recorded"
+    with pytest.raises(InputError, match=changed), runs.laid_out(run.id):
         pass
+    with pytest.raises(InputError, match=changed):
+        runs.file(run.id, name)
 
 
 def test_a_run_that_was_cut_off_is_kept_as_such(runs: RunService) -> None:
