@@ -9,7 +9,6 @@ import pytest
 
 from app.cli import main
 
-
 WITHOUT_APP = """
 import sys
 sys.modules |= dict.fromkeys(("sqlalchemy", "fastapi", "pydantic", "alembic", "starlette", "viser"))
