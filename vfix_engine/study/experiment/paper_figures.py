@@ -55,6 +55,11 @@ LI_2007: Mapping[str, Printed] = {
     "inspection tracker mean": Printed("V.D", "Inspection, tracker", "error mm", 0.34, 0.15),
     "inspection tracker max": Printed("V.D", "Inspection, tracker", "largest error mm", 0.81),
     "registration": Printed("V.B", "Five fiducials", "residual mm", 0.473, 0.07),
+    "rows of A·J fewest": Printed("V.E", "Rows of A·J in (21)", "fewest", 20),
+    "rows of A·J most": Printed("V.E", "Rows of A·J in (21)", "most", 39),
+    "rows of W·J fewest": Printed("V.E", "Rows of W·J in (20)", "fewest", 13),
+    "rows of W·J most": Printed("V.E", "Rows of W·J in (20)", "most", 37),
+    "NNLS iterations": Printed("V.E", "Iterations of NNLS", "most", 20, None, "printed: less than 21"),
     "said faster": Printed("V.F.2", "All subjects faster hands-on", "share of subjects", 1.0),
     "said smoother": Printed(
         "V.F.2", "Joint velocities smoother hands-on", "share of subjects", None, None, "figures 13, 14"
