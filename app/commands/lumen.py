@@ -16,6 +16,7 @@ import cv2
 import numpy as np
 
 from app.commands.head_options import say_notes
+from app.commands.lumen_task import add_task, run_task
 from app.extras import has_app
 from app.settings import Settings
 from vfix_engine.arrays import Array
@@ -81,6 +82,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     drive.add_argument("--pathway", type=Path, metavar="FILE.ply", help="keep the surface that the links are held to")
     drive.add_argument("--seed", type=natural, default=0, help="of the adversarial hand")
     drive.add_argument("--json", action="store_true", help="one JSON object on stdout")
+    add_task(actions)
     return parser
 
 
@@ -113,7 +115,9 @@ def natural(text: str) -> int:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Exit status 0 when the tip reached its target and no link left its bound, 1 otherwise."""
+    """Exit status 0 when the tip reached its target and no link left its bound, 1 otherwise; or that of a task."""
+    if args.action == "task":
+        return run_task(args)
     if args.pathway is not None and args.pathway.suffix.lower() != ".ply":
         raise InputError(f"the pathway is written as .ply, not to {args.pathway.name}")
     mesh, read = _surface(args.surface, args.frame, args.unit)
