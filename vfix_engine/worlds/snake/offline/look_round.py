@@ -257,14 +257,15 @@ def _to(drive: DriveView, bend: Array, stop: Stop | None = None) -> Iterator[Ord
 
 def _back(drive: DriveView, trail: list[Array]) -> Iterator[Order]:
     """Straight again; where the straight path there is held, by the bends that led here."""
-    yield from _straighten(drive)
+    yield from straighten(drive)
     if not drive.straight:
         for bend in reversed(trail):
             yield from _to(drive, bend)
-        yield from _straighten(drive)
+        yield from straighten(drive)
 
 
-def _straighten(drive: DriveView) -> Iterator[Order]:
+def straighten(drive: DriveView) -> Iterator[Order]:
+    """Bring the distal links back to the conforming shape, until they are there or held."""
     dt, held, least = max(drive.settings.step_s, _STEP_S), 0, math.inf
     while held < STUCK and not drive.straight:
         yield Order(SnakeCommand(straighten=True), dt)
