@@ -23,12 +23,11 @@ Place = tuple[float, float, float]
 class Polyp:
     """A polyp on the wall of a lumen at rest, LPS mm.
 
-    s_mm: arc length along the curve that the robot follows. azimuth_deg: about it, as in ``wall_place``.
-    wall: of the wall under it; normal: unit, into the lumen; axis: the point of the curve at ``s_mm``.
+    s_mm: arc length along the curve that the robot follows. wall: the point of the wall under it; normal: unit, into
+    the lumen; axis: the point of the curve at ``s_mm``.
     """
 
     s_mm: float
-    azimuth_deg: float
     wall: Place
     normal: Place
     axis: Place
@@ -43,13 +42,14 @@ class Polyp:
 class PolypTask:
     """What is to be looked at, and where the task ends.
 
-    polyps: in the order of their places along the lumen. end_mm: arc length of the tip at which the task is completed;
-    end_name: of the landmark there, None where it is the depth that the robot reaches.
-    seed: of the polyps. viewable_share: of all places of the wall between the first and the last that were tried, how
-    many this robot can view, None if nobody asked; the polyps are drawn among these.
+    polyps: in the order of their places along the lumen. from_mm, end_mm: the part of the way in which they are; at the
+    tip's arc length ``end_mm`` the task is completed. end_name: of the landmark there, None where it is the depth that
+    the robot reaches. seed: of the polyps. viewable_share: of the wall in that part, by area, how much this robot can
+    view, None if nobody asked; the polyps are drawn there.
     """
 
     polyps: tuple[Polyp, ...]
+    from_mm: float
     end_mm: float
     end_name: str | None = None
     seed: int = 0
@@ -79,17 +79,13 @@ class PolypTask:
         """The inverse. Raises InputError for what is no such task."""
         try:
             polyps = tuple(
-                Polyp(
-                    float(one["s_mm"]),
-                    float(one["azimuth_deg"]),
-                    *(checked_place(one[key]) for key in ("wall", "normal", "axis")),
-                )
+                Polyp(float(one["s_mm"]), *(checked_place(one[key]) for key in ("wall", "normal", "axis")))
                 for one in values["polyps"]
             )
             share, name = values["viewable_share"], values["end_name"]
             return cls(
-                polyps, float(values["end_mm"]), None if name is None else str(name), int(values["seed"]),
-                None if share is None else float(share),
+                polyps, float(values["from_mm"]), float(values["end_mm"]), None if name is None else str(name),
+                int(values["seed"]), None if share is None else float(share),
             )  # fmt: skip
         except (KeyError, TypeError, ValueError) as error:
             raise InputError(f"this is no task of polyps: {error}") from error
