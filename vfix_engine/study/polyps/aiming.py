@@ -8,12 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array, IntArray
+from ...worlds.snake.viewing import ViewLimits
 
-REFERENCE_MM, WITHIN_MM = 15.0, 7.0  # viewing distance and its tolerance, as printed
-WITHIN_DEG = 20.0  # tolerance of the viewing angle about 0°, as printed
-FIELD_DEG = 70.0  # across the picture, as printed
-FRAME_SHARE = 0.5  # side of the square frame, of the picture's height; not printed
-_FRAME = FRAME_SHARE * math.tan(math.radians(0.5 * FIELD_DEG))  # half the frame at unit distance ahead
+LIMITS = ViewLimits()  # the paper's, and the size of the frame
+REFERENCE_MM, WITHIN_MM, WITHIN_DEG = LIMITS.distance_mm, LIMITS.distance_tolerance_mm, LIMITS.angle_deg
+_FRAME = math.tan(math.radians(LIMITS.frame_deg)) * (1.0 + 1e-9)  # half the frame at unit distance ahead
 
 
 class Aim(NamedTuple):
@@ -21,7 +20,7 @@ class Aim(NamedTuple):
 
     local: (3,) mm in the camera's frame, x to the right and y down in the picture, z ahead.
     distance_mm, angle_deg: from the lens, and off the optical axis. framed: within the square frame about the
-    picture's centre. within: framed, and both within their tolerances; whether the line of sight is free is not known
+    picture's centre, which touches the circle of 20° (``ViewLimits``). Whether the line of sight is free is not known
     here.
     """
 

@@ -7,13 +7,13 @@ from itertools import pairwise
 from typing import Self
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ...arrays import Array, BoolArray
 from ...errors import InputError
 from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
 from ...validate import whole
+from ...worlds.snake.viewing import WallSight
 from .task import Polyp, PolypTask, checked_place
 
 POLYPS = 10  # as printed
@@ -24,33 +24,33 @@ _APART_MM = 25.0  # along the lumen between two polyps where there is room: one 
 class WallPlaces:
     """A lumen's triangles as places where a polyp could be, LPS mm at rest.
 
-    middle, normal: (F, 3) centroids, and unit normals into the lumen. area: (F,) mm². s: (F,) arc length along the
-    curve that the robot follows; axis: (F, 3) the curve there.
+    wall: with centroids, normals into the lumen and areas (F,). s: (F,) arc length along the curve that the robot
+    follows; axis: (F, 3) the curve there.
     """
 
-    middle: Array
-    normal: Array
-    area: Array
+    wall: WallSight
     s: Array
     axis: Array
 
     @classmethod
-    def of(cls, mesh: TriangleMesh, curve: Curve, s: Array | None = None) -> Self:
-        """Every triangle of a consistently oriented surface.
+    def of(cls, mesh: TriangleMesh, curve: Curve) -> Self:
+        """Every triangle of a consistently oriented surface. Raises PathwayError for a curve outside of it."""
+        wall = WallSight(mesh, curve)
+        s = wall.arc_lengths(curve)
+        return cls(wall, s, curve.position(s))
 
-        s: (F,) of the triangles; None: that of the nearest point of the curve.
-        """
-        middle = mesh.triangles.mean(axis=1)
-        if s is None:
-            s = curve.step_mm * cKDTree(curve.points).query(middle)[1].astype(np.float64)
-        axis, area = curve.position(s), _areas(mesh)
-        inwards = np.einsum("ij,ij->i", mesh.face_normals, axis - middle)
-        sign = 1.0 if float(area @ np.sign(inwards)) > 0.0 else -1.0
-        return cls(middle, sign * mesh.face_normals, area, s, axis)
+    def between(self, from_mm: float, to_mm: float) -> BoolArray:
+        """(F,) the places in a part of the way."""
+        return (self.s >= from_mm) & (self.s < to_mm)
+
+    def share(self, some: BoolArray, of: BoolArray) -> float:
+        """The part, by area, that some of the places are of others (F,)."""
+        return float(self.wall.area[some & of].sum() / self.wall.area[of].sum())
 
     def polyp(self, index: int) -> Polyp:
         """A polyp in the middle of one of the triangles."""
-        middle, normal, axis = (checked_place(values[index]) for values in (self.middle, self.normal, self.axis))
+        wall = self.wall
+        middle, normal, axis = (checked_place(values[index]) for values in (wall.centre, wall.inward, self.axis))
         return Polyp(float(self.s[index]), middle, normal, axis)
 
 
@@ -79,7 +79,7 @@ def placed(
     drawn: list[int] = []
     for low, high in pairwise(edges.tolist()):
         apart = places.s[drawn[-1]] + _APART_MM if drawn else -np.inf
-        here = np.flatnonzero(viewable & (places.s >= low) & (places.s < high))
+        here = np.flatnonzero(viewable & places.between(low, high))
         free = here[places.s[here] >= apart]
         here = free if len(free) else here
         if not len(here):
@@ -87,15 +87,8 @@ def placed(
                 f"between {low:.0f} and {high:.0f} mm along the lumen this robot can view no place of its wall: a "
                 "smaller robot, other bounds or another part of the lumen may have some in every part of the way"
             )
-        weight = places.area[here]
+        weight = places.wall.area[here]
         drawn.append(int(rng.choice(here, p=weight / weight.sum())))
-    way = (places.s >= from_mm) & (places.s < end_mm)
-    share = float(places.area[way & viewable].sum() / places.area[way].sum())
+    share = places.share(viewable, places.between(from_mm, end_mm))
     polyps = tuple(places.polyp(index) for index in drawn)
     return PolypTask(polyps, float(from_mm), float(end_mm), end_name, seed, share)
-
-
-def _areas(mesh: TriangleMesh) -> Array:
-    one, two, three = np.moveaxis(mesh.triangles, 1, 0)
-    area: Array = 0.5 * np.linalg.norm(np.cross(two - one, three - one), axis=1)
-    return area

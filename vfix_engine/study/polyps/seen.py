@@ -6,35 +6,30 @@ import math
 
 import numpy as np
 
-from ...anatomy.lumen.wall import Wall
 from ...arrays import Array, BoolArray
-from ...geometry.mesh import TriangleMesh
 from ...pathway.pathway import TissueMotion
-from .aiming import FIELD_DEG
+from ...worlds.snake.picture.camera_view import FIELD_DEG
 from .placing import WallPlaces
 from .series import PolypSeries
 
 FAR_MM = 60.0  # a wall farther away than that is too dark to be examined; assumed
 _EVERY_MM, _EVERY_DEG = 3.0, 4.0  # of the camera's motion between two pictures
 _EDGE = math.tan(math.radians(0.5 * FIELD_DEG))
-_BEHIND_MM = 0.05  # a ray may meet the wall so much before the middle of its triangle
 
 
-def seen_share(series: PolypSeries, mesh: TriangleMesh, places: WallPlaces) -> float:
+def seen_share(series: PolypSeries, places: WallPlaces) -> float:
     """Share, by area, of the wall between the first place of the task and its end that was in a picture.
 
     A triangle is seen when its middle is in the square picture, no farther than 60 mm and in a free line of sight. The
     wall is that of the tissue at rest: in moving tissue the camera is taken back as the pathway at the tip is.
     """
-    way = (places.s >= series.task.from_mm) & (places.s < series.task.end_mm)
-    seen, wall, left = np.zeros(len(places.s), dtype=bool), Wall(mesh), np.flatnonzero(way)
+    way, wall = places.between(series.task.from_mm, series.task.end_mm), places.wall
+    seen, left = np.zeros(len(way), dtype=bool), np.flatnonzero(way)
     for camera in _pictures(series):
-        new = left[_in_picture(camera, places.middle[left])]
-        ray = places.middle[new] - camera[:3, 3]
-        size = np.linalg.norm(ray, axis=1)
-        seen[new] = wall.seen(camera[:3, 3], ray / size[:, None])[0] >= size - _BEHIND_MM
+        new = left[_in_picture(camera, wall.centre[left])]
+        seen[new] = wall.free(camera[:3, 3], new)
         left = left[~seen[left]]
-    return float(places.area[seen].sum() / places.area[way].sum())
+    return places.share(seen, way)
 
 
 def _pictures(series: PolypSeries) -> list[Array]:
