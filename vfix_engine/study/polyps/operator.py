@@ -2,21 +2,24 @@
 
 It inserts the robot to a place before a polyp and then sees what a person sees: where the target is in the picture, how
 far away, and the marker. It pulls the camera to where the target is, and holds it there. In the arm 'manual' the same
-pull turns one of the last two joints.
+pull turns one of the last two joints. Where its hand does not get there from any place, it bends the links as the plan
+does that found the polyp viewable, except in the arm 'manual'.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
+from ...arrays import Array
 from ...pathway.pathway import TissueMotion
 from ...runtime.operator import Act
 from ...worlds.snake.offline.drive_view import DriveView
-from ...worlds.snake.offline.look_round import Order, straighten
+from ...worlds.snake.offline.look_round import Order, bend_to, straighten
 from ...worlds.snake.offline.operators import SnakeOperator, go_to, insert_to
 from ...worlds.snake.offline.script import ScriptSystem
 from ...worlds.snake.requests import ChooseJoint
@@ -43,9 +46,13 @@ _BEFORE_END_MM = 1.0  # of the tip, while polyps are left
 
 @dataclass(frozen=True)
 class Attempt:
-    """One place from which a polyp was tried: arc lengths of polyp and tip in mm, and what it came to."""
+    """One place from which a polyp was tried: its index, the tip's arc length in mm at the end, and what it came to.
+
+    how: 'hand', or 'plan' where the links were bent as planned. held_by: what held the robot last, in words.
+    """
 
     polyp: int
+    how: Literal["hand", "plan"]
     tip_mm: float
     cleared: bool
     angle_deg: float
@@ -59,54 +66,88 @@ class PolypOperator:
     progress: of the task, after the last step; attempts: in their order.
 
     Args:
-        sight: lines of sight; motion: of the tissue.
+        sight: lines of sight; motion: of the tissue. views: for each polyp the tip's arc length in mm and the bends
+            (n, 2L') rad, one after the other, with which the plan views it; none: no plan is known.
     """
 
-    def __init__(self, task: PolypTask, sight: Sight, motion: TissueMotion | None = None) -> None:
-        self.progress, self.attempts = PolypProgress.at_start(task), list[Attempt]()
-        self._task, self._sight, self._motion = task, sight, motion
+    def __init__(
+        self,
+        task: PolypTask,
+        sight: Sight,
+        motion: TissueMotion | None = None,
+        views: Sequence[tuple[float, Array]] = (),
+    ) -> None:
+        self.task, self.progress, self.attempts = task, PolypProgress.at_start(task), list[Attempt]()
+        self._sight, self._motion, self._views = sight, motion, views
         self._operator = SnakeOperator(self._orders)
 
     def __call__(self, system: ScriptSystem, state: SnakeState) -> Act | None:
         if state.steps:
             camera = system.constants.snake.camera(state.q, state.base)
-            targets = self._task.targets(self._motion, state.t)
-            self.progress = self.progress.step(self._task, camera, state.tip_s, state.t, targets, self._sight)
+            targets = self.task.targets(self._motion, state.t)
+            self.progress = self.progress.step(self.task, camera, state.tip_s, state.t, targets, self._sight)
         return None if self.progress.completed else self._operator(system, state)
 
     def _orders(self, drive: DriveView) -> Iterator[Order]:
-        for index in range(len(self._task.polyps)):
+        for index in range(len(self.task.polyps)):
             yield from self._clear(drive, index)
         yield from straighten(drive)
-        yield from insert_to(drive, self._task.end_mm)
+        yield from insert_to(drive, self.task.end_mm)
 
     def _is_cleared(self, index: int) -> bool:
         return self.progress.viewings[index].cleared_t is not None
 
     def _clear(self, drive: DriveView, index: int) -> Iterator[Order]:
         """Try one polyp from one place after the other."""
-        last = self._task.end_mm - _BEFORE_END_MM
+        last = self.task.end_mm - _BEFORE_END_MM
         for offset in OFFSETS_MM:
-            place = min(self._task.polyps[index].s_mm - offset, last, drive.length_mm)
+            place = min(self.task.polyps[index].s_mm - offset, last, drive.length_mm)
             if place <= 0.0 or self._is_cleared(index):
                 continue
-            yield from straighten(drive)
-            yield from (insert_to if place > drive.tip_s else go_to)(drive, place)
-            aim = yield from self._aim(drive, index)
-            held = drive.state.held_by or ""
-            cleared = self._is_cleared(index)
-            self.attempts.append(Attempt(index, drive.tip_s, cleared, aim.angle_deg, aim.distance_mm, held))
+            yield from self._to(drive, place)
+            yield from self._aim(drive, index)
+            self._note(drive, index, "hand")
+        if self._views and not self._is_cleared(index) and drive.settings.arm != "manual":
+            place, bends = self._views[index]
+            yield from self._to(drive, place)
+            yield from self._bend(drive, index, bends)
+            self._note(drive, index, "plan")
 
-    def _aim(self, drive: DriveView, index: int) -> Generator[Order, None, Aim]:
+    def _to(self, drive: DriveView, place_mm: float) -> Iterator[Order]:
+        """Straight to a place."""
+        yield from straighten(drive)
+        yield from (insert_to if place_mm > drive.tip_s else go_to)(drive, place_mm)
+
+    def _note(self, drive: DriveView, index: int, how: Literal["hand", "plan"]) -> None:
+        aim, held = self._seen(drive, index), drive.state.held_by or ""
+        cleared = self._is_cleared(index)
+        self.attempts.append(Attempt(index, how, drive.tip_s, cleared, aim.angle_deg, aim.distance_mm, held))
+
+    def _seen(self, drive: DriveView, index: int) -> Aim:
+        """How the camera sees a polyp now."""
+        camera = drive.snake.camera(drive.q, drive.state.base)
+        return aim_at(camera, self.task.targets(self._motion, drive.state.t)[index])
+
+    def _is_viewed(self, index: int) -> bool:
+        return self.progress.viewed and self.progress.target == index
+
+    def _bend(self, drive: DriveView, index: int, bends: Array) -> Iterator[Order]:
+        """The distal links along planned bends, then hold them as long as the polyp is viewed."""
+        for bend in bends:
+            yield from bend_to(drive, bend)
+        while not self._is_cleared(index):
+            yield Order(SnakeCommand(), _HOLD_S)
+            if not self._is_viewed(index):
+                return
+
+    def _aim(self, drive: DriveView, index: int) -> Iterator[Order]:
         """Pull the camera to a polyp and hold it there, until it is cleared or the hand gets no farther."""
         seek = refine = 0.0
         still, before, joint = 0, (math.inf, math.inf), 1
         while True:
-            camera = drive.snake.camera(drive.q, drive.state.base)
-            aim = aim_at(camera, self._task.targets(self._motion, drive.state.t)[index])
-            if self._is_cleared(index) or self.progress.completed:
-                return aim
-            viewed = self.progress.viewed and self.progress.target == index
+            aim, viewed = self._seen(drive, index), self._is_viewed(index)
+            if self._is_cleared(index):
+                return
             if viewed and (aim.accuracy >= _GOOD or refine > _REFINE_S):
                 yield Order(SnakeCommand(), _HOLD_S)
                 continue
@@ -123,7 +164,7 @@ class PolypOperator:
                 else:
                     if joint != 1:
                         drive.ask(ChooseJoint(1))
-                    return aim
+                    return
             yield Order(self._pull(drive, aim), _AIM_S)
 
     def _pull(self, drive: DriveView, aim: Aim) -> SnakeCommand:
@@ -146,4 +187,4 @@ class PolypOperator:
         if abs(along) < _ALONG * aim.distance_mm:
             return 0.0
         feed = math.copysign(_FEED_MM_S, off * along)
-        return 0.0 if feed > 0.0 and drive.tip_s > self._task.end_mm - _BEFORE_END_MM else feed
+        return 0.0 if feed > 0.0 and drive.tip_s > self.task.end_mm - _BEFORE_END_MM else feed
