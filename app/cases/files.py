@@ -29,12 +29,15 @@ PHANTOM_CT: dict[str, Callable[[], Volume]] = {"phantom:head": load_head_ct, "ph
 
 
 @functools.cache
-def shipped_colon() -> ColonCase:
-    """The synthetic colon that travels with vfix, made once in a process."""
-    return colon_case()
+def shipped_colon(hard: bool = False) -> ColonCase:
+    """A synthetic colon that travels with vfix, the usual one or the hard one, made once in a process."""
+    return colon_case(hard=hard)
 
 
-PHANTOM_SURFACES: dict[str, Callable[[], TriangleMesh]] = {"phantom:colon": lambda: shipped_colon().mesh}
+PHANTOM_SURFACES: dict[str, Callable[[], TriangleMesh]] = {
+    "phantom:colon": lambda: shipped_colon().mesh,
+    "phantom:hardcolon": lambda: shipped_colon(hard=True).mesh,
+}
 
 
 class CaseFiles:

@@ -24,7 +24,8 @@ from vfix_engine.files.volume import BONE_HU
 HEAD_PHANTOM = "head-phantom"  # id of the case that travels with vfix
 
 COLON_PHANTOM = "colon-phantom"  # id of the lumen that travels with vfix
-SHIPPED = (HEAD_PHANTOM, COLON_PHANTOM)
+HARD_COLON = "colon-hard"  # the one with collapsed stretches and tight flexures
+SHIPPED = (HEAD_PHANTOM, COLON_PHANTOM, HARD_COLON)
 
 Bounds = tuple[Position, Position]  # smallest and largest LPS coordinates [mm]
 

@@ -57,6 +57,7 @@ class DriveProcess(Generic[P, T]):
         self._requested: Request | None = None
         self.control: Control = HAND  # of this drive and the next one, and so the preset
         self.preset: str | None = None
+        self.options: Any = None  # what else the tab's drives are prepared with; None: as they come
 
     @property
     def state(self) -> ProcessStatus:
@@ -72,6 +73,16 @@ class DriveProcess(Generic[P, T]):
         """Mode, device and preset of the next drive and of one that is starting; who may is the tab's matter."""
         with self._lock:
             self.control, self.preset = control, preset
+
+    def tell(self, words: str) -> None:
+        """Show how far the start is, on a preparation's thread; ignored once it has ended."""
+        with self._lock:
+            if self._state == "starting":
+                self._words = words
+
+    def _compiling(self, generation: int, count: int) -> None:
+        if generation == self._generation:
+            self.tell(f"First start: compiling, {count} parts done.")
 
     def open(self, made_of: object, prepare: Callable[[], P], executor: Executor, words: str = "Starting …") -> None:
         """Prepare the drive and start its process in the background; a running one is closed first.
@@ -96,7 +107,7 @@ class DriveProcess(Generic[P, T]):
                     raise ControlError("the start is not wanted any more")
                 self._coming = process
             process.start()
-            process.wait_ready()
+            process.wait_ready(heard=partial(self._compiling, generation))
         except VfixError as error:
             self._not_started(generation, process, str(error))
             return

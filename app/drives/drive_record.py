@@ -39,7 +39,8 @@ class DriveRecord(Generic[P, T]):
     words_for_holder: messages of the process to this client since the last record. accepted: settings of this client
     that took effect and are not stored in the document yet.
     unrecorded: why the drive is not recorded, or not to its end; '' where it is.
-    control, preset: chosen for this drive and the next one. comments: on this drive so far, by any client.
+    control, preset, options: chosen for this drive and the next one; options: of the tab's own type.
+    comments: on this drive so far, by any client.
     """
 
     state: ProcessStatus = "absent"
@@ -61,6 +62,7 @@ class DriveRecord(Generic[P, T]):
     unrecorded: str = ""
     control: Control = HAND
     preset: str | None = None
+    options: Any = None
     comments: tuple[RunComment, ...] = ()
 
     @property

@@ -67,6 +67,7 @@ class SharedDrive(DriveProcess[P, T]):
                 unrecorded=self._unrecorded,
                 control=self.control,
                 preset=self.preset,
+                options=self.options,
                 comments=() if self._prepared is None else self._prepared.comments,
             )
 

@@ -7,17 +7,21 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from app.documents import Document, struct_kind
+from app.documents import Document, new_in, struct_kind
 from app.operations.fields import Place
 from vfix_engine.robots.snake import MOST_LINKS, SnakeModel
 
 MOST_BREATHING_MM = 20.0
+BREATH_S, WAVE_S = 4.0, 6.0  # of a breath, and of a wave of peristalsis
 
 Links = Annotated[int, Meta(ge=1, le=min(MOST_LINKS, 120))]
 LinkLength = Annotated[float, Meta(ge=1.0, le=100.0)]  # [mm]
 LinkRadius = Annotated[float, Meta(ge=0.5, le=30.0)]  # [mm]
 Bound = Annotated[float, Meta(ge=0.1, le=50.0)]  # [mm]
 Amplitude = Annotated[float, Meta(ge=0.0, le=MOST_BREATHING_MM)]  # [mm]
+
+Period = Annotated[float, Meta(ge=1.0, le=60.0)]  # [s]
+WaveShare = Annotated[float, Meta(ge=0.0, le=0.9)]  # of the radius
 
 
 class Route(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -26,7 +30,8 @@ class Route(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     entry, end: places in the lumen or on its wall; None until they are chosen.
     links: of the robot; None: as many as the way to the end needs. length_mm, radius_mm: of each link.
     bound_mm: how far a link may leave its pathway (Kwok 2013, b_i of eq. 17); None: by the lumen's radius, 8 mm at
-        most. breathing_mm: amplitude of the tissue's motion along the body's axis; 0: it is still.
+        most. breathing_mm: amplitude of the tissue's motion along the body's axis; 0: none. breathing_period_s: of it.
+    peristalsis: share of the radius by which waves narrow the lumen; 0: none. peristalsis_period_s: between two waves.
     """
 
     entry: Place | None = None
@@ -36,6 +41,9 @@ class Route(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     radius_mm: LinkRadius = 6.0
     bound_mm: Bound | None = None
     breathing_mm: Amplitude = 0.0
+    breathing_period_s: Annotated[Period, new_in(2)] = BREATH_S
+    peristalsis: Annotated[WaveShare, new_in(2)] = 0.0
+    peristalsis_period_s: Annotated[Period, new_in(2)] = WAVE_S
 
     def robot(self) -> SnakeModel:
         """One link of the robot, or as many as are given. Raises RobotError where the lengths fit no robot."""
@@ -51,7 +59,7 @@ def _with_robot(route: Route) -> Route:
 ROUTE = struct_kind(
     name="route",
     noun="route",
-    schema="vfix-route/1",
+    schema="vfix-route/2",
     content=Route,
     rules=_with_robot,
 )

@@ -8,7 +8,8 @@ from msgspec.structs import replace
 
 from app.documents import Document
 from app.kit.names import unused_name
-from app.lumen.document import ROUTE, Amplitude, Bound, LinkLength, LinkRadius, Links, Route
+from app.lumen.document import ROUTE, Bound, LinkLength, LinkRadius, Links, Route
+from app.lumen.motion_operations import OPERATIONS as MOTION
 from app.operations.fields import Name, Position
 from app.operations.operation import Context, Creation, Edit, Option, Verb
 from app.operations.spec import DocumentSpec
@@ -113,20 +114,6 @@ class SetBound(Edit, frozen=True):
         return replace(content, bound_mm=self.bound_mm)
 
 
-class SetBreathing(Edit, frozen=True):
-    """Let the lumen breathe along the body's axis. Amplitude in mm; 0: it is still."""
-
-    title = "Breathing of the lumen"
-    rest = "PUT /routes/{id}/breathing"
-    message = "route.breathing"
-    of_open = True
-    verb = "route breathing"
-    breathing_mm: Amplitude
-
-    def apply(self, content: Route, context: Routes) -> Route:
-        return replace(content, breathing_mm=self.breathing_mm)
-
-
 class RenameRoute(Rename, frozen=True):
     """Give a route another name."""
 
@@ -162,6 +149,6 @@ OPERATIONS = (
     SwapEnds,
     SetRobot,
     SetBound,
-    SetBreathing,
+    *MOTION,
 )
 SPEC = DocumentSpec(kind=ROUTE, path="routes", id="route_id", operations=OPERATIONS, service="lumen_routes")

@@ -30,6 +30,7 @@ RING_MM = 15.0  # between two contours that are drawn
 RADIUS_STEP_MM = 5.0  # between two radii of the plot
 _CORNERS = 24  # of the rim of a circle
 _BODY_AXIS = (0.0, 0.0, 1.0)
+_WAVE_MM = 120.0  # between two waves of peristalsis
 _FALLOFF_MM = 200.0  # from the entry, which is fixed
 _MAKING = threading.Lock()  # one at a time: each takes two cores and up to a gigabyte
 
@@ -145,15 +146,26 @@ def drive_settings(route: Route) -> DriveSettings:
     return DriveSettings(bound_mm=route.bound_mm, control="view")
 
 
+def tissue_of(route: Route) -> TissueMotion | None:
+    """How the lumen of a route moves; None where it is still."""
+    from vfix_engine.pathway.tissue_motion import breathing, peristalsis, together
+
+    motions = []
+    if route.breathing_mm:
+        motions.append(breathing(_BODY_AXIS, route.breathing_mm, route.breathing_period_s, _FALLOFF_MM))
+    if route.peristalsis:
+        motions.append(peristalsis(route.peristalsis, _WAVE_MM, _WAVE_MM / route.peristalsis_period_s))
+    return together(*motions) if len(motions) > 1 else motions[0] if motions else None
+
+
 def _path(mesh: TriangleMesh, route: Route) -> RoutePath:
     from vfix_engine.pathway.pathway_surface import pathway_surface
-    from vfix_engine.pathway.tissue_motion import breathing
     from vfix_engine.worlds.snake.lumen import lumen_between
     from vfix_engine.worlds.snake.reach import reach_of
 
     entry, end = _ends(route)
     settings, model = drive_settings(route), route.robot()
-    tissue = breathing(_BODY_AXIS, route.breathing_mm, falloff_s=_FALLOFF_MM) if route.breathing_mm else None
+    tissue = tissue_of(route)
     lumen = lumen_between(mesh, entry, end, model, settings, tissue)
     snake = lumen.snake(model, route.links)
     pathway = lumen.pathway

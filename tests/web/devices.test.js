@@ -253,3 +253,21 @@ test("a pause, a loss of the page and another device let go", () => {
     assert.deepEqual(told.slice(2), [[...REST], ["device", false]]);
   }
 });
+
+test("a push of a SpaceMouse inserts while one of its buttons is held, and moves the camera otherwise", async () => {
+  const { snakeAxes } = await import("../../app/tabs/drive/axes.js");
+  assert.deepEqual(snakeAxes([0.5, 0.2, 0.8, 0, 0, 0], "space-mouse"), { camera_x: 0.5, camera_y: 0.2, insert: 0 });
+  assert.deepEqual(snakeAxes([0.5, 0.2, 0.8, 0, 0, 0], "space-mouse", true), { camera_x: 0, camera_y: 0, insert: 0.8 });
+  assert.deepEqual(snakeAxes([0.5, -1, 0, 0.25, 0, 0], "gamepad"), { camera_x: 0.5, camera_y: -0.25, insert: 1 });
+  const mouse = new FakeMouse(WIRED), source = new SpaceMouseSource({ hid: new FakeHid(mouse) });
+  source.wanted = true;
+  await source.use(mouse);
+  const press = (bits) => mouse.report(3, [bits]);
+  press(2);
+  assert.equal(source.pressed, true);
+  press(0);
+  assert.equal(source.pressed, false);
+  press(1);
+  source.drop("");
+  assert.equal(source.pressed, false);
+});

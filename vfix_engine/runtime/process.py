@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 
 from ..error_places import error_places
 from ..errors import ControlError, VfixError
+from ..kernels.compile_progress import compilation_told
 from ..validate import FARTHEST_MM
 from .background import NoWorker, WorkerLink, Workers, work
 from .control_mode import Control, checked_control, first_control
@@ -42,7 +43,7 @@ from .wire import SnapshotReader, snapshot_bytes
 
 T = TypeVar("T", bound=Snapshot)
 
-START_TIMEOUT_S = 120.0  # the first start after an installation compiles the kernels
+START_TIMEOUT_S = 120.0  # without a word of a process that starts; one that compiles kernels tells each
 CLOSE_TIMEOUT_S = 0.5  # after this a process that has not ended is killed
 LAST_WORD_S = 0.5  # time for an ending process to send its reason
 UNANSWERED = "the control process does not answer, or nobody reads its events; close the rehearsal and start it again"
@@ -128,11 +129,15 @@ class ControlProcess(Generic[T]):
             if self._recorder is not None:
                 self._recorder.start()
 
-    def wait_ready(self, timeout: float = START_TIMEOUT_S) -> None:
-        """Wait until the system can be driven.
+    def wait_ready(self, timeout: float = START_TIMEOUT_S, heard: Callable[[int], None] | None = None) -> None:
+        """Wait until the system can be driven, as long as the process is heard of.
+
+        Args:
+            timeout: s since the process was heard of last; the compilation of a kernel is a sign of it.
+            heard: called with the number of kernels compiled so far, whenever it changes.
 
         Raises:
-            ControlError: it refused to start (the message has the reason) or did not answer in time.
+            ControlError: it refused to start (the message has the reason) or was silent for so long.
         """
         deadline = time.monotonic() + timeout
         while time.monotonic() < deadline:
@@ -140,12 +145,16 @@ class ControlProcess(Generic[T]):
             for event in self._said():
                 if event.kind == "ready":
                     return
+                if event.kind == "compiled":
+                    deadline = time.monotonic() + timeout
+                    if heard is not None:
+                        heard(int(event.text))
                 if event.kind in ("refused", "failed"):
                     raise ControlError(event.text)
             if not alive:
                 raise ControlError("the control process ended before it was ready; start the rehearsal again")
             time.sleep(0.01)
-        raise ControlError(f"the control process was not ready within {timeout:.0f} s")
+        raise ControlError(f"the control process is not ready, and has said nothing for {timeout:.0f} s")
 
     @property
     def recording_thread(self) -> threading.Thread | None:
@@ -384,8 +393,9 @@ def _main(
     events = Outbox(pipe)
     try:
         spec: SystemSpec = pipe.recv()
-        system = spec.build()
-        system.prepare()
+        with compilation_told(lambda count: events.put(Event("compiled", str(count)))):
+            system = spec.build()
+            system.prepare()
         workers: Workers = NoWorker() if to_worker is None else WorkerLink(to_worker)
         record = log.attach(system.row_layout)
         driver = Driver(system, workers, record)

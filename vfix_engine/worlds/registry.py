@@ -38,6 +38,8 @@ class World(NamedTuple):
 
 __all__ = ["RIGID", "SNAKE", "WORLDS", "World", "is_certified", "preparation_of", "prepare", "spec_of"]
 
+CERTIFIED = "certified"  # the arm of a snake's drive, see ``DriveSettings``
+
 # One process, which yields to others: the page waits for the rigid tool's kernels only.
 SNAKE = Preparation("vfix_engine.worlds.snake.preparation", (("drive",),), "prepared-snake", 219, spare=True)
 
@@ -79,9 +81,16 @@ def spec_of(run: Run) -> SystemSpec:
 
 def is_certified(manifest: Mapping[str, Any]) -> bool:
     """Whether every motion of a run was certified, by its manifest as it was written: the world it names, whose
-    certificate stands in no file, and the columns that only rows of that world have."""
+    certificate stands in no file, the columns that only rows of that world have, and the arm of a snake."""
     world = WORLDS.get(str(manifest.get("world")))
-    return world is not None and world.certified and not _missing(world, manifest)
+    return world is not None and world.certified and not _missing(world, manifest) and _arm(manifest) == CERTIFIED
+
+
+def _arm(manifest: Mapping[str, Any]) -> Any:
+    """The arm of a snake's drive; runs of other worlds, and those recorded before there were arms, are certified."""
+    spec = manifest.get("spec")
+    drive = spec.get("drive") if isinstance(spec, Mapping) else None
+    return drive.get("arm", CERTIFIED) if isinstance(drive, Mapping) else CERTIFIED
 
 
 def _missing(world: World, manifest: Mapping[str, Any]) -> list[str]:

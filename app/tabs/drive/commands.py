@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
+
+from pydantic import Field
 
 from app.drives import commands as drives
 from app.messages.fields import ClientMessage
+
+Bound = Annotated[float, Field(ge=0.1, le=50.0, allow_inf_nan=False)]  # [mm]
+LinkValue = Annotated[float, Field(ge=0.0, le=50.0, allow_inf_nan=False)]  # [mm] or [N/mm]
+MaybeBound = Bound | None
 
 
 class TurnCamera(ClientMessage):
@@ -14,4 +20,53 @@ class TurnCamera(ClientMessage):
     type: Literal["camera.straighten", "camera.look_round"]
 
 
-COMMANDS: tuple[type[ClientMessage], ...] = (*drives.COMMANDS, drives.MoveAxes, TurnCamera)
+class ChooseArm(ClientMessage):
+    """Who keeps the links in the pathway. The run ends, and the next begins at the entry."""
+
+    type: Literal["drive.arm"]
+    arm: Literal["manual", "guided", "certified"]
+
+
+class ChooseParameters(ClientMessage):
+    """A paper's parameters; null: the default ones. The run ends, and the next begins at the entry."""
+
+    type: Literal["drive.preset"]
+    preset: Literal["kwok2013"] | None
+
+
+class TurnJoint(ClientMessage):
+    """The universal joint that a manual hand turns: 1 is the last one, 2 the one before."""
+
+    type: Literal["drive.joint"]
+    joint: Literal[1, 2]
+
+
+class SetLinkValues(ClientMessage):
+    """b_i, a_i and k_i of Kwok 2013 for the five distal links, the last one's last; null: as usual.
+
+    The run ends, and the next begins at the entry.
+    """
+
+    type: Literal["drive.links"]
+    bounds_mm: tuple[MaybeBound, MaybeBound, MaybeBound, MaybeBound, MaybeBound] | None
+    thresholds_mm: tuple[LinkValue, LinkValue, LinkValue, LinkValue, LinkValue] | None
+    springs_n_per_mm: tuple[LinkValue, LinkValue, LinkValue, LinkValue, LinkValue] | None
+
+
+class ShowBends(ClientMessage):
+    """Show the control bends in this window as ghosts of the robot, or hide them."""
+
+    type: Literal["drive.bends"]
+    on: bool
+
+
+COMMANDS: tuple[type[ClientMessage], ...] = (
+    *drives.COMMANDS,
+    drives.MoveAxes,
+    TurnCamera,
+    ChooseArm,
+    ChooseParameters,
+    TurnJoint,
+    SetLinkValues,
+    ShowBends,
+)

@@ -4,17 +4,22 @@ import { DEVICES, HandDevices } from "/static/js/devices/hand-devices.js";
 import { fixed } from "/static/js/format.js";
 import { ENLARGE, LAID_OUT } from "/static/js/layout.js";
 import { draw, hintLine, html, live, nothing, said, titled } from "/static/js/template.js";
+import { forceSound } from "/static/js/endoscope/force-sound.js";
+import { snakeAxes } from "./axes.js";
+import { controlGroup } from "./control.js";
 import { SnakeStatus } from "./status.js";
+import { tissueGroup } from "./tissue.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
 /** @import { DeviceKind } from "/static/js/devices/hand-devices.js" */
-/** @import { SixAxes } from "/static/js/devices/six-axes.js" */
 /** @import { RouteSection, SnakeView, ViewModel } from "/static/js/types.js" */
 
 const LIVE = ["ready", "running", "paused"];
 /** @type {Record<string, string | undefined>} */
 const STATE_WORDS = { absent: "Not in place yet.", ready: "At the entry.", running: "Running.", paused: "Paused where it is." };
-const HELP = "In the picture: the wheel inserts and retracts 5 mm a notch, a drag moves the camera, releasing it is the clutch. Keys: W S insert and retract, A D turn to the sides. Gamepad: triggers insert, the right stick turns.";
+const HELP = "In the picture: the wheel inserts and retracts 5 mm a notch, with the bend that the tip has; a drag moves the camera, releasing it is the clutch. "
+  + "Keys: W S insert and retract, A D turn to the sides, Space pauses, J changes the joint of a manual hand. "
+  + "Gamepad: triggers insert, the right stick turns. SpaceMouse: slides turn; with a button held, a push inserts.";
 /** @type {Record<DeviceKind, string>} */
 const NAMES = { mouse: "Mouse", keys: "Keys", gamepad: "Gamepad", "space-mouse": "SpaceMouse" };
 
@@ -23,13 +28,14 @@ export default class DrivePanel {
   constructor({ connection, keys }) {
     this.connection = connection;
     this.status = new SnakeStatus();
-    this.devices = new HandDevices(keys, (axes) => connection.send("axes", snakeAxes(axes, this.devices.kind)));
+    this.devices = new HandDevices(keys, (axes) => connection.send("axes", snakeAxes(axes, this.devices.kind, this.devices.spaceMouse.pressed)));
     this.layout = "";
     this.element = h("div", {});
     window.addEventListener(LAID_OUT, (event) => {
       this.layout = /** @type {CustomEvent<string>} */ (event).detail;
       if (connection.state.step?.name === "drive") this.update(connection.state);
     });
+    keys.shortcuts.push((event) => this.key(event));
     connection.on("state", ({ state }) => this.follow(state)); // also while another tab is shown
     connection.on("link", () => this.follow(connection.state));
     this.devices.addEventListener("change", () => this.update(connection.state));
@@ -42,14 +48,30 @@ export default class DrivePanel {
   }
 
   /** @param {ViewModel} state */
-  update({ rehearsal, snake, route, step }) {
+  update({ rehearsal, snake, route, step, drive_options: options }) {
     if (step?.name !== "drive") return;
+    const runs = Boolean(rehearsal?.mine) && rehearsal?.state === "running";
     draw(this.element, html`
+      <div class="group" id="arms">${controlGroup(this.connection, options, snake, runs)}</div>
       <div class="group">${titled("Drive", null, this.drive(rehearsal, route))}</div>
       <div class="group">${titled("Robot", null, snake ? figures(snake) : html`<p class="words">Appears at the entry.</p>`)}${this.camera(rehearsal, snake)}</div>
       <div class="group">${titled("Handle", null, this.handle(rehearsal))}</div>
       <div class="group" id="devices">${titled("Device", null, this.device())}</div>
-      <div class="group">${titled("View", null, this.views(route))}</div>`);
+      <div class="group">${titled("View", null, this.views(snake))}</div>
+      <div class="group">${tissueGroup(this.connection, route)}</div>`);
+  }
+
+  /**
+   * Space pauses, J changes the joint of a manual hand.
+   * @param {KeyboardEvent} event
+   */
+  key(event) {
+    const { step, rehearsal, snake } = this.connection.state;
+    if (step?.name !== "drive" || rehearsal?.state !== "running" || event.ctrlKey || event.metaKey || event.altKey) return false;
+    if (event.code === "Space") this.connection.send("rehearsal.pause");
+    else if (event.code === "KeyJ" && snake?.arm === "manual") this.connection.send("drive.joint", { joint: snake.joint === 1 ? 2 : 1 });
+    else return false;
+    return true;
   }
 
   /**
@@ -99,29 +121,17 @@ export default class DrivePanel {
       <p class="words" ?hidden=${!devices.source?.trouble}>${said(devices.source?.trouble ?? "")}</p>`;
   }
 
-  /** @param {RouteSection | null | undefined} route */
-  views(route) {
+  /** @param {SnakeView | null | undefined} snake */
+  views(snake) {
     const outside = this.layout !== "endoscope-alone";
-    const lay = (/** @type {Event} */ { currentTarget }) => {
-      const on = /** @type {HTMLInputElement} */ (currentTarget).checked;
-      window.dispatchEvent(new CustomEvent(ENLARGE, { detail: on ? null : "endoscope-alone" }));
-    };
-    const breathes = (/** @type {Event} */ { currentTarget }) => this.connection.send("route.breathing", { breathing_mm: /** @type {HTMLInputElement} */ (currentTarget).checked ? 8 : 0 });
+    const on = (/** @type {Event} */ { currentTarget }) => /** @type {HTMLInputElement} */ (currentTarget).checked;
+    const lay = (/** @type {Event} */ event) => window.dispatchEvent(new CustomEvent(ENLARGE, { detail: on(event) ? null : "endoscope-alone" }));
+    const bends = snake?.steered ? html`<label class="check"><input type="checkbox" id="control-bends" .checked=${live(snake.shown)}
+      @change=${(/** @type {Event} */ event) => this.connection.send("drive.bends", { on: on(event) })}>Control bends</label>` : nothing;
     return html`<label class="check"><input type="checkbox" id="outside-view" .checked=${live(outside)} @change=${lay}>Outside view</label>
-      <label class="check"><input type="checkbox" id="breathing" data-operation="route.breathing" ?disabled=${!route || route.locked} .checked=${live((route?.breathing_mm ?? 0) > 0)} @change=${breathes}>Breathing</label>`;
+      ${bends}
+      <label class="check"><input type="checkbox" id="force-sound" .checked=${live(forceSound.on)} @change=${(/** @type {Event} */ event) => forceSound.turn(on(event))}>Sound of force</label>`;
   }
-}
-
-/**
- * Six axes of a device as the three of the robot: a slide or a turn to a side moves the camera, a push inserts, and so do
- * the triggers of a gamepad, the right one forwards.
- * @param {Readonly<SixAxes>} axes
- * @param {DeviceKind} kind
- */
-export function snakeAxes([x, y, z, up, right], kind) {
-  const pad = kind === "gamepad";
-  const clipped = (/** @type {number} */ value) => Math.max(-1, Math.min(1, value));
-  return { camera_x: clipped(x + right), camera_y: clipped((pad ? 0 : y) - up), insert: clipped(z - (pad ? y : 0)) };
 }
 
 /** @param {SnakeView} snake */

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from app.drives.prepared_drive import PreparedDrive
-from app.lumen.document import StoredRoute
+from app.lumen.document import Route, StoredRoute
 from app.lumen.paths import RoutePath
 from app.services import Services
-from vfix_engine.worlds.snake import LumenContours, SnakeSettings, SnakeSystemSpec
+from app.tabs.drive.options import LumenDriveOptions
+from vfix_engine.worlds.registry import SNAKE
+from vfix_engine.worlds.snake import DriveSettings, LumenContours, SnakeSettings, SnakeSystemSpec
 from vfix_engine.worlds.snake.snapshot import SnakeSnapshot
 
 STEP_S = 0.002  # of control: a step whose program turns the view takes a millisecond where cores are few
@@ -16,27 +19,43 @@ STEP_S = 0.002  # of control: a step whose program turns the view takes a millis
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PreparedSnake(PreparedDrive[SnakeSnapshot]):
-    """A robot at the entry of a route. path: what was computed of the route."""
+    """A robot at the entry of a route. path: what was computed of the route; drive: fixed for the whole drive."""
 
     settings: SnakeSettings
     path: RoutePath
+    route: Route
+    drive: DriveSettings
 
 
-def prepare(services: Services, route: StoredRoute) -> PreparedSnake:
-    """The world of a route; its pathway is computed where it is not known.
+def prepare(
+    services: Services, route: StoredRoute, options: LumenDriveOptions, tell: Callable[[str], object]
+) -> PreparedSnake:
+    """The world of a route; its pathway is computed where it is not known, and kernels that are being compiled are
+    waited for.
 
+    tell: called with words on how far that is.
     Raises VfixError where the route leads nowhere, or the lumen is narrower than the robot.
     """
     path = services.lumen_routes.paths.wait(route)
     path.reach.narrowest.refuse(path.snake)
+    drive = options.settings(path.settings)
+    SNAKE.wait(lambda: tell(f"First start: preparing the snake, {100 * SNAKE.progress():.0f} %"))
     settings = SnakeSettings(step_s=STEP_S, bound_mm=route.content.bound_mm)
-    spec = SnakeSystemSpec(LumenContours.of(path.lumen), path.snake, settings, path.settings, path.tissue)
+    spec = SnakeSystemSpec(LumenContours.of(path.lumen), path.snake, settings, drive, path.tissue)
     recording, unrecorded = services.recordings.attempt(route.case_id, route.id, route.name)
     return PreparedSnake(
         spec=spec,
         settings=settings,
         recording=recording,
         unrecorded=unrecorded,
-        made_of=services.lumen_routes.paths.key(route),
+        made_of=made_of(services, route, options),
+        preset=options.preset,
         path=path,
+        route=route.content,
+        drive=drive,
     )
+
+
+def made_of(services: Services, route: StoredRoute, options: LumenDriveOptions) -> object:
+    """What a prepared drive depends on."""
+    return services.lumen_routes.paths.key(route), options

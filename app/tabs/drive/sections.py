@@ -40,12 +40,43 @@ class LinkView(TypedDict):
     bound_mm: float
 
 
+class LinkValuesView(TypedDict):
+    """Of one distal link: b_i, None by the route, a_i and k_i."""
+
+    bound_mm: float | None
+    threshold_mm: float
+    spring_n_per_mm: float
+
+
+class DriveOptionsView(TypedDict):
+    """What is chosen for the drive that is there, or comes next. links: the distal ones, the last one last.
+
+    open: this client may choose.
+    """
+
+    arm: Literal["manual", "guided", "certified"]
+    preset: Literal["kwok2013"] | None
+    links: list[LinkValuesView]
+    open: bool
+
+
+class BehindWallView(TypedDict):
+    """How much of the pathway's surface is behind the wall, and how deep at most: so deep can a certified link be."""
+
+    share: float
+    depth_mm: float
+
+
 class SnakeView(TypedDict):
     """Figures of the snake robot. depth_mm: of the tip along the pathway.
 
     nearest: the link nearest to its bound, None while none is inside. bend: r of the bending links, 1 where they bend
     no further; straight: they have the pathway's shape. can_look: the camera can be moved. doing: a request under way.
-    insertion_mm_per_s, camera_mm_per_s: speeds of an axis that is fully deflected. breathing_mm: 0 where it is still.
+    insertion_mm_per_s, camera_mm_per_s: speeds of an axis that is fully deflected. breathing_mm: 0 where there is none.
+    arm: of this drive; certified: in the arm of that name only. joint: that a manual hand turns, 1: the last.
+    yield_mm_per_s_per_n: admittance by which a guided pull yields to the force, 0 in other arms.
+    behind: of the pathway. steered: the control has control bends; bends: how many are known here, shown: whether this
+    window shows them.
     """
 
     depth_mm: float
@@ -60,6 +91,14 @@ class SnakeView(TypedDict):
     insertion_mm_per_s: float
     camera_mm_per_s: float
     breathing_mm: float
+    arm: Literal["manual", "guided", "certified"]
+    certified: bool
+    joint: int
+    yield_mm_per_s_per_n: float
+    behind: BehindWallView | None
+    steered: bool
+    bends: int
+    shown: bool
 
 
 class LumenDriveSections(TypedDict):
@@ -68,4 +107,5 @@ class LumenDriveSections(TypedDict):
     rehearsal: DriveSection
     details: DetailsSection
     snake: SnakeView | None
+    drive_options: DriveOptionsView
     scope: ScopeSection | None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -19,17 +20,20 @@ from app.scene.lumen import PathwayNodes
 from app.scene.robot import ToolNodes
 from app.tabs.drive import SPEC
 from app.tabs.drive import commands as c
-from app.tabs.drive.preparation import PreparedSnake, prepare
+from app.tabs.drive.options import LumenDriveOptions, options_view
+from app.tabs.drive.preparation import PreparedSnake, made_of, prepare
 from app.tabs.drive.view import scope_section, snake_section
 from app.tabs.drive_tab import NOT_HELD, DriveTab
 from app.workspace.layers import Layer
 from app.workspace.workspace import Workspace
+from vfix_engine.arrays import Array
 from vfix_engine.errors import ControlError
-from vfix_engine.runtime.requests import Straighten
-from vfix_engine.worlds.snake import LookRound
+from vfix_engine.runtime.requests import Request, Straighten
+from vfix_engine.worlds.snake.requests import ChooseJoint, LookRound
 from vfix_engine.worlds.snake.snapshot import SnakeSnapshot
 
 KIND = "route"
+_GHOST = 0.25  # opacity of a control bend
 
 
 class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
@@ -43,6 +47,7 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
         self._routes = workspace.services.lumen_routes
         self._route: StoredRoute | None = None
         self._held = [0, 0]  # keys: to the side, and along the lumen
+        self._shows_bends = False  # the control bends, as ghosts
         workspace.opened.on_changed(KIND, self._opened)
 
     # -- which route
@@ -61,13 +66,19 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
             return None
 
     def made_of(self) -> object:
-        return None if self._route is None else self._routes.paths.key(self._route)
+        return None if self._route is None else made_of(self.workspace.services, self._route, self.options)
+
+    @property
+    def options(self) -> LumenDriveOptions:
+        """What is chosen for this drive and the next one."""
+        drive = self.drive
+        return LumenDriveOptions() if drive is None or drive.options is None else drive.options
 
     def prepare(self) -> PreparedSnake:
-        route = self._route
-        if route is None:
+        route, drive = self._route, self.drive
+        if route is None or drive is None:
             raise ControlError("make a route first.")
-        return prepare(self.workspace.services, route)
+        return prepare(self.workspace.services, route, self.options, drive.tell)
 
     def enter(self) -> None:
         """Put the robot at the entry where nobody else has it."""
@@ -79,13 +90,52 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
     # -- commands
 
     def handle(self, command: ClientMessage) -> None:
-        if not isinstance(command, c.TurnCamera):
-            super().handle(command)
-            return
+        match command:
+            case c.TurnCamera():
+                self._request(Straighten() if command.type == "camera.straighten" else LookRound())
+            case c.TurnJoint():
+                self._request(ChooseJoint(command.joint))
+            case c.ChooseArm():
+                self._choose(replace(self.options, arm=command.arm))
+            case c.ChooseParameters():
+                self._choose(replace(self.options, preset=command.preset))
+            case c.SetLinkValues():
+                self._choose(
+                    replace(
+                        self.options,
+                        bounds_mm=command.bounds_mm,
+                        thresholds_mm=command.thresholds_mm,
+                        springs_n_per_mm=command.springs_n_per_mm,
+                    )
+                )
+            case c.ShowBends():
+                self._shows_bends = command.on
+            case _:
+                super().handle(command)
+
+    def _request(self, request: Request) -> None:
+        """Ask the robot that this client holds. Raises ControlError where it does not."""
         drive = self.need_drive()
         if not self.read().mine:
             raise ControlError(NOT_HELD)
-        drive.apply(self.client, Straighten() if command.type == "camera.straighten" else LookRound())
+        drive.apply(self.client, request)
+
+    def _choose(self, options: LumenDriveOptions) -> None:
+        """Other options: the run ends, and the next begins at the entry.
+
+        Raises ControlError where this client may not.
+        """
+        drive = self.need_drive()
+        now = self.read()
+        if not now.may_prepare:
+            raise ControlError(NOT_HELD)
+        if options == self.options:
+            return
+        drive.options = options
+        if now.state != "absent":
+            self._run_when_ready = False
+            self.open(drive)
+        self.read()
 
     def handle_now(self, command: ClientMessage) -> None:
         """Keys are axes of this robot: along the lumen, and the camera to a side."""
@@ -112,11 +162,14 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
         live = now.snapshot is not None
         known = None if route is None or not self.active else self._routes.paths.known(route)
         told = case is not None and self.active
-        figures = Same(now.snapshot), Same(now.prepared), now.settings
+        shown = self._shows_bends
+        figures = Same(now.snapshot), Same(now.prepared), now.settings, shown
+        options = self.options, now.may_prepare
         return {
             "rehearsal": Section((*self.drive_key(), self.changed), self._section),
             "details": Section(Same(now.snapshot), lambda: details_section(now.snapshot)),
-            "snake": Section(figures, lambda: snake_section(now)),
+            "snake": Section(figures, lambda: snake_section(now, shown)),
+            "drive_options": Section(options, lambda: options_view(*options)),
             "scope": Section(
                 (told, Same(case), Same(route), Same(known), live),
                 lambda: scope_section(case.id, case.content_hash, route, known, live) if case and told else None,
@@ -142,7 +195,9 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
         capsules, path = np.asarray(now.capsules), prepared.path
         ends = capsules[:, :3], capsules[:, 3:6], capsules[:, 6]
         line = path.lumen.centreline.curve.points
+        ghosts = self._ghosts(now.control_bends, float(capsules[0, 6]))
         return [
+            *ghosts,
             Layer(
                 "drive.pathway",
                 Same(path),
@@ -157,6 +212,21 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
                 lambda nodes: nodes.place(*ends),
                 Same(prepared),
             ),
+        ]
+
+    def _ghosts(self, bends: Array, radius_mm: float) -> list[Layer[Any]]:
+        """The control bends as translucent robots, where they are shown."""
+        if not self._shows_bends or not bends.size:
+            return []
+        starts, ends = bends[:, :-1].reshape(-1, 3), bends[:, 1:].reshape(-1, 3)
+        return [
+            Layer(
+                "drive.bends",
+                bends.tobytes(),
+                lambda view: ToolNodes(view.scene, "/robot/bend", _GHOST),
+                lambda nodes: nodes.place(starts, ends, np.full(len(starts), radius_mm)),
+                Same(self.now.prepared),
+            )
         ]
 
     def hint(self) -> str:

@@ -9,20 +9,20 @@ from app.drives.view import place
 from app.lumen.document import StoredRoute
 from app.lumen.paths import RoutePath
 from app.tabs.drive.preparation import PreparedSnake
-from app.tabs.drive.sections import LinkView, ScopePoseView, ScopeSection, SnakeView
+from app.tabs.drive.sections import BehindWallView, LinkView, ScopePoseView, ScopeSection, SnakeView
 from vfix_engine.worlds.snake.settings import SnakeSettings
 from vfix_engine.worlds.snake.snapshot import SnakeSnapshot
 
 SnakeRecord = DriveRecord[PreparedSnake, SnakeSnapshot]
 
 
-def snake_section(now: SnakeRecord) -> SnakeView | None:
-    """The figures of the newest snapshot; None without a robot."""
+def snake_section(now: SnakeRecord, shown: bool = False) -> SnakeView | None:
+    """The figures of the newest snapshot; None without a robot. shown: the client sees the control bends."""
     snapshot, prepared = now.snapshot, now.prepared
     if snapshot is None or prepared is None:
         return None
     settings = now.settings if isinstance(now.settings, SnakeSettings) else prepared.settings
-    tissue = prepared.path.tissue
+    drive = prepared.drive
     return {
         "depth_mm": round(float(snapshot.progress_mm), 1),
         "length_mm": round(float(snapshot.length_mm), 1),
@@ -35,8 +35,24 @@ def snake_section(now: SnakeRecord) -> SnakeView | None:
         "doing": snapshot.doing,
         "insertion_mm_per_s": settings.insertion_mm_per_s,
         "camera_mm_per_s": settings.camera_mm_per_s,
-        "breathing_mm": 0.0 if tissue is None else float(getattr(tissue, "amplitude_mm", 0.0)),
+        "breathing_mm": prepared.route.breathing_mm,
+        "arm": drive.arm,
+        "certified": snapshot.certified,
+        "joint": snapshot.hand_joint,
+        "yield_mm_per_s_per_n": drive.yield_mm_per_s_per_n if drive.arm == "guided" else 0.0,
+        "behind": behind_wall(prepared.path),
+        "steered": drive.control == "parameterised",
+        "bends": len(snapshot.control_bends),
+        "shown": shown,
     }
+
+
+def behind_wall(path: RoutePath) -> BehindWallView | None:
+    """How much of a pathway is behind the wall."""
+    found = path.reach.behind_wall
+    if found is None:
+        return None
+    return {"share": round(found.outside, 4), "depth_mm": round(found.depth_mm[-1], 2)}
 
 
 def _nearest(snapshot: SnakeSnapshot) -> LinkView | None:

@@ -181,6 +181,7 @@ function pathWords(path) {
     ["Links", String(path.links)],
     ["Narrowest", `${fixed(path.least_mm, 1)} mm at ${fixed(path.least_at_mm, 0)} mm`],
     ["Tip reaches", `${fixed(path.reach_mm, 0)} mm`],
+    ...(path.behind_share === null ? [] : [["Behind wall", `${fixed(100 * path.behind_share, 0)} % of it, up to ${fixed(path.behind_mm, 1)} mm`]]),
   ];
   return html`<dl class="facts" id="route-facts">${facts.map(([term, value]) => html`<dt>${term}</dt><dd>${value}</dd>`)}</dl>
     <p class=${["narrow", "bound", "shape"].includes(path.limit) ? "words caution" : "words"} id="reach-words">${said(path.reach_words)}</p>`;

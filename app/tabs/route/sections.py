@@ -40,6 +40,9 @@ class RouteSection(TypedDict):
     radius_mm: float
     bound_mm: float | None
     breathing_mm: float
+    breathing_period_s: float
+    peristalsis: float
+    peristalsis_period_s: float
     picking: Literal["entry", "end", ""]
 
 
@@ -57,7 +60,8 @@ class RoutePathSection(TypedDict):
     """What was computed of the open route; lengths in mm.
 
     words: why it failed. reach_mm: how deep the tip comes; limit, reach_words: what ends its way. offers: what would
-    come deeper. s_mm, radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
+    come deeper. behind_share, behind_mm: how much of the pathway's surface is behind the wall, and how deep at most.
+    s_mm, radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
     """
 
     state: Literal["none", "computing", "ready", "failed"]
@@ -68,6 +72,8 @@ class RoutePathSection(TypedDict):
     reach_words: str
     limit: Literal["", "end", "links", "narrow", "bound", "shape"]
     offers: list[ReachOfferView]
+    behind_share: float | None
+    behind_mm: float | None
     least_mm: float | None
     least_at_mm: float | None
     s_mm: list[float]

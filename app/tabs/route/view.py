@@ -27,6 +27,9 @@ def route_section(route: StoredRoute, picking: str) -> RouteSection:
         "radius_mm": content.radius_mm,
         "bound_mm": content.bound_mm,
         "breathing_mm": content.breathing_mm,
+        "breathing_period_s": content.breathing_period_s,
+        "peristalsis": content.peristalsis,
+        "peristalsis_period_s": content.peristalsis_period_s,
         "picking": picking,  # type: ignore[typeddict-item]
     }
 
@@ -42,6 +45,8 @@ def path_section(path: RoutePath | None, computing: bool, failure: str) -> Route
         "reach_words": "",
         "limit": "",
         "offers": [],
+        "behind_share": None,
+        "behind_mm": None,
         "least_mm": None,
         "least_at_mm": None,
         "s_mm": [],
@@ -50,7 +55,7 @@ def path_section(path: RoutePath | None, computing: bool, failure: str) -> Route
     }
     if path is None:
         return empty
-    reach, narrow = path.reach, path.reach.narrowest
+    reach, narrow, wall = path.reach, path.reach.narrowest, path.reach.behind_wall
     return {
         "state": "ready",
         "words": "",
@@ -60,6 +65,8 @@ def path_section(path: RoutePath | None, computing: bool, failure: str) -> Route
         "reach_words": reach.words,
         "limit": reach.limit,
         "offers": [_offer(offer) for offer in reach.offers],
+        "behind_share": None if wall is None else number(wall.outside, 4),
+        "behind_mm": None if wall is None else number(wall.depth_mm[-1], 2),
         "least_mm": number(narrow.radius_mm, 1),
         "least_at_mm": number(narrow.at_mm, 0),
         "s_mm": _plain(path.s_mm),

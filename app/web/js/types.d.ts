@@ -703,6 +703,9 @@ export interface RouteSection {
   radius_mm: number;
   bound_mm: number | null;
   breathing_mm: number;
+  breathing_period_s: number;
+  peristalsis: number;
+  peristalsis_period_s: number;
   picking: "entry" | "end" | "";
 }
 
@@ -710,7 +713,8 @@ export interface RouteSection {
  * What was computed of the open route; lengths in mm.
  *
  * words: why it failed. reach_mm: how deep the tip comes; limit, reach_words: what ends its way. offers: what would
- * come deeper. s_mm, radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
+ * come deeper. behind_share, behind_mm: how much of the pathway's surface is behind the wall, and how deep at most.
+ * s_mm, radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
  */
 export interface RoutePathSection {
   state: "none" | "computing" | "ready" | "failed";
@@ -721,6 +725,8 @@ export interface RoutePathSection {
   reach_words: string;
   limit: "" | "end" | "links" | "narrow" | "bound" | "shape";
   offers: ReachOfferView[];
+  behind_share: number | null;
+  behind_mm: number | null;
   least_mm: number | null;
   least_at_mm: number | null;
   s_mm: number[];
@@ -1186,7 +1192,11 @@ export interface StageView {
  *
  * nearest: the link nearest to its bound, None while none is inside. bend: r of the bending links, 1 where they bend
  * no further; straight: they have the pathway's shape. can_look: the camera can be moved. doing: a request under way.
- * insertion_mm_per_s, camera_mm_per_s: speeds of an axis that is fully deflected. breathing_mm: 0 where it is still.
+ * insertion_mm_per_s, camera_mm_per_s: speeds of an axis that is fully deflected. breathing_mm: 0 where there is none.
+ * arm: of this drive; certified: in the arm of that name only. joint: that a manual hand turns, 1: the last.
+ * yield_mm_per_s_per_n: admittance by which a guided pull yields to the force, 0 in other arms.
+ * behind: of the pathway. steered: the control has control bends; bends: how many are known here, shown: whether this
+ * window shows them.
  */
 export interface SnakeView {
   depth_mm: number;
@@ -1201,6 +1211,14 @@ export interface SnakeView {
   insertion_mm_per_s: number;
   camera_mm_per_s: number;
   breathing_mm: number;
+  arm: "manual" | "guided" | "certified";
+  certified: boolean;
+  joint: number;
+  yield_mm_per_s_per_n: number;
+  behind: BehindWallView | null;
+  steered: boolean;
+  bends: number;
+  shown: boolean;
 }
 
 /** The link that is nearest to its bound: its number from the base, deviation and bound in mm. */
@@ -1208,6 +1226,31 @@ export interface LinkView {
   link: number;
   deviation_mm: number;
   bound_mm: number;
+}
+
+/** How much of the pathway's surface is behind the wall, and how deep at most: so deep can a certified link be. */
+export interface BehindWallView {
+  share: number;
+  depth_mm: number;
+}
+
+/**
+ * What is chosen for the drive that is there, or comes next. links: the distal ones, the last one last.
+ *
+ * open: this client may choose.
+ */
+export interface DriveOptionsView {
+  arm: "manual" | "guided" | "certified";
+  preset: "kwok2013" | null;
+  links: LinkValuesView[];
+  open: boolean;
+}
+
+/** Of one distal link: b_i, None by the route, a_i and k_i. */
+export interface LinkValuesView {
+  bound_mm: number | null;
+  threshold_mm: number;
+  spring_n_per_mm: number;
 }
 
 /**
@@ -2103,6 +2146,7 @@ export interface ViewModel {
   corridor?: EvaluationSection;
   curve?: CurveSection;
   details?: DetailsSection;
+  drive_options?: DriveOptionsView;
   driven?: ItemsSection | null;
   fiducials?: FiducialsSection;
   instruments?: InstrumentsSection;
@@ -2196,6 +2240,23 @@ export interface Commands {
   };
   "drive": {
     direction: -1 | 0 | 1;
+  };
+  "drive.arm": {
+    arm: "manual" | "guided" | "certified";
+  };
+  "drive.bends": {
+    on: boolean;
+  };
+  "drive.joint": {
+    joint: 1 | 2;
+  };
+  "drive.links": {
+    bounds_mm: [number | null, number | null, number | null, number | null, number | null] | null;
+    thresholds_mm: [number, number, number, number, number] | null;
+    springs_n_per_mm: [number, number, number, number, number] | null;
+  };
+  "drive.preset": {
+    preset: "kwok2013" | null;
   };
   "dry_run.again": {};
   "ghost.cancel": {};
@@ -2520,6 +2581,7 @@ export interface Commands {
   };
   "route.breathing": {
     breathing_mm: number;
+    period_s?: number | null;
     revision?: number | null;
   };
   "route.delete": {
@@ -2545,6 +2607,11 @@ export interface Commands {
   };
   "route.open": {
     route_id: string;
+  };
+  "route.peristalsis": {
+    share: number;
+    period_s?: number | null;
+    revision?: number | null;
   };
   "route.pick": {
     what: "entry" | "end" | "";

@@ -51,7 +51,7 @@ class Process:
     def start(self) -> None:
         pass
 
-    def wait_ready(self) -> None:
+    def wait_ready(self, **_: Any) -> None:
         if self.refuses:
             raise ControlError("the tool does not fit at the entry")
 
@@ -450,7 +450,7 @@ def test_a_start_that_is_not_wanted_any_more_is_ended_at_once(
     drive: Drive = SharedDrive()
     ended: list[bool] = []
 
-    def wait_ready(process: Process) -> None:
+    def wait_ready(process: Process, **_: Any) -> None:
         drive.close()
         ended.append(not process.alive)
         raise ControlError("the control process ended before it was ready")

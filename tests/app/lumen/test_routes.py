@@ -11,10 +11,11 @@ from lumen_cases import END, ENTRY, RADIUS_MM, route_in, tube
 from rest_client import Client
 
 from app.cases.kinds import KINDS
-from app.cases.model import COLON_PHANTOM, HEAD_PHANTOM
+from app.cases.model import COLON_PHANTOM, HARD_COLON, HEAD_PHANTOM
 from app.cases.service import CaseService
-from app.lumen.document import Route
-from app.lumen.shipped_colon import SAMPLE_ROUTE, ensure_colon_phantom, shipped_hash
+from app.lumen.document import ROUTE, Route
+from app.lumen.paths import tissue_of
+from app.lumen.shipped_colon import COLONS, SAMPLE_ROUTE, ensure_colon_phantoms, shipped_hash
 from app.operations.operation import Context
 from app.services import Services
 from app.tabs.patient.hints import patient_hint
@@ -36,6 +37,18 @@ def test_the_colon_that_travels_along_is_a_closed_lumen_with_a_route_from_end_to
     assert (route.entry, route.end) == (case.landmarks[0].position, case.landmarks[-1].position)
 
 
+def test_a_hard_colon_travels_along_too_with_a_route(phantom_services: Services) -> None:
+    services = phantom_services
+    case, usual = services.cases.get(HARD_COLON), services.cases.get(COLON_PHANTOM)
+    assert (case.name, case.kind, case.anatomy.has_inside) == ("Hard colon", "lumen", True)
+    (route,) = services.lumen_routes.documents.titles(case.id)
+    content = services.lumen_routes.documents.get(route.id).content
+    assert (content.entry, content.end) == (case.landmarks[0].position, case.landmarks[-1].position)
+    meshes = [services.cases.case_surface(one.id) for one in (case, usual)]
+    assert not np.allclose(*(mesh.vertices for mesh in meshes))
+    assert shipped_hash(COLONS[0]) != shipped_hash(COLONS[1])
+
+
 def test_what_was_done_to_the_colon_stays_and_another_one_of_the_engine_takes_its_place(
     phantom_services: Services,
 ) -> None:
@@ -50,7 +63,7 @@ def test_what_was_done_to_the_colon_stays_and_another_one_of_the_engine_takes_it
         row = session.get(CaseRow, case.id)
         assert row is not None
         row.content_hash = "0" * 64
-    ensure_colon_phantom(services.store, cases, routes)
+    ensure_colon_phantoms(services.store, cases, routes)
     assert (cases.get(case.id).name, cases.get(case.id).content_hash) == ("Mine", shipped_hash())
     assert routes.documents.get(SAMPLE_ROUTE).deleted_at is not None
 
@@ -160,3 +173,32 @@ def test_a_new_route_goes_from_the_first_landmark_to_the_last(phantom_services: 
 
 def _landmarks(cases: CaseService) -> list[tuple[float, float, float]]:
     return [mark.position for mark in cases.get(COLON_PHANTOM).landmarks]
+
+
+def test_a_lumen_breathes_and_narrows_as_its_route_says(client: Client, phantom_services: Services) -> None:
+    """The period stays where none is given; a route of before, without one, breathes as it did."""
+    services = phantom_services
+    route = route_in(services, tube(services))
+    address = f"/api/v1/routes/{route.id}"
+    client.request("PUT", f"{address}/breathing", json={"breathing_mm": 5.0, "period_s": 3.0})
+    answer = client.request("PUT", f"{address}/breathing", json={"breathing_mm": 6.0}).json()
+    assert (answer["breathing_mm"], answer["breathing_period_s"]) == (6.0, 3.0)
+    answer = client.request("PUT", f"{address}/peristalsis", json={"share": 0.2, "period_s": 5.0}).json()
+    assert (answer["peristalsis"], answer["peristalsis_period_s"]) == (0.2, 5.0)
+    for wrong in ({"share": 1.0}, {"share": 0.2, "period_s": 0.0}):
+        assert client.request("PUT", f"{address}/peristalsis", json=wrong).status_code == 422
+    still, both = tissue_of(Route()), tissue_of(services.lumen_routes.documents.get(route.id).content)
+    assert still is None
+    assert both is not None
+    s = np.array([0.0, 60.0, 1000.0])
+    moved, narrowed = both(s, 1.5)  # half a breath
+    np.testing.assert_allclose(moved[-1], [0.0, 0.0, 6.0 * (1.0 - np.exp(-5.0))], atol=1e-9)
+    assert narrowed.min() >= 0.8 - 1e-12
+    np.testing.assert_allclose(both(s, 15.0)[1], both(s, 0.0)[1], atol=1e-9)  # whole breaths and waves later
+
+
+def test_a_route_stored_before_there_was_peristalsis_breathes_as_it_did() -> None:
+    before = {"entry": None, "end": None, "links": 3, "length_mm": 28.0, "radius_mm": 6.0, "bound_mm": None}
+    (_, upgrade) = ROUTE.upgrades["vfix-route/1"]
+    route = ROUTE.read(upgrade({**before, "breathing_mm": 8.0}))
+    assert (route.breathing_mm, route.breathing_period_s, route.peristalsis) == (8.0, 4.0, 0.0)

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 
+import numba
 import numpy as np
 import pytest
 
-from tests.engine.tiny import Jump, TinySettings, TinySnapshot, TinySpec
+from tests.engine.tiny import Jump, TinySettings, TinySnapshot, TinySpec, TinySystem
 from vfix_engine.errors import ControlError
 from vfix_engine.runtime import SetSettings, Straighten
+from vfix_engine.runtime.events import Event
 from vfix_engine.runtime.process import ControlProcess
 from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import Run, RunWriter
@@ -189,3 +193,76 @@ def test_every_step_is_read_at_control_rate() -> None:
     assert reader.ended
     with pytest.raises(ControlError, match="closed"):
         process.rows()
+
+
+class Slow(Process):
+    """A process that is not started: what it says comes from a script, a second after the other."""
+
+    def __init__(self, said: list[Event | None]) -> None:
+        super().__init__(TinySpec(), real_time=False)
+        self.script, self.clock = said, 0.0
+
+    @property
+    def alive(self) -> bool:
+        return bool(self.script)
+
+    def _said(self) -> list[Event]:
+        self.clock += 1.0
+        event = self.script.pop(0)
+        return [] if event is None else [event]
+
+
+@pytest.fixture
+def slow(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[list[Event | None]], Slow]]:
+    made: list[Slow] = []
+
+    def begin(said: list[Event | None]) -> Slow:
+        made.append(Slow(said))
+        monkeypatch.setattr(
+            "vfix_engine.runtime.process.time", SimpleNamespace(monotonic=lambda: made[-1].clock, sleep=lambda _: None)
+        )
+        return made[-1]
+
+    yield begin
+    monkeypatch.undo()
+    for one in made:
+        one.close()
+
+
+def test_a_process_that_compiles_is_waited_for_as_long_as_it_is_heard_of(
+    slow: Callable[[list[Event | None]], Slow],
+) -> None:
+    """A kernel takes 9 s here and all of them 180 s: far more than the 10 s of silence that are borne."""
+    said: list[Event | None] = []
+    for kernel in range(20):
+        said += [None] * 8 + [Event("compiled", str(kernel + 1))]
+    heard: list[int] = []
+    slow([*said, Event("ready")]).wait_ready(10.0, heard.append)
+    assert heard == list(range(1, 21))
+
+
+def test_a_process_that_is_silent_is_waited_for_no_longer(slow: Callable[[list[Event | None]], Slow]) -> None:
+    with pytest.raises(ControlError, match="said nothing for 10 s"):
+        slow([Event("compiled", "1"), *[None] * 30]).wait_ready(10.0)
+
+
+@dataclass(frozen=True, eq=False)
+class CompilingSpec(TinySpec):
+    """The smallest world, which compiles two kernels before it is there."""
+
+    def build(self) -> TinySystem:
+        for add in (lambda x: x + 1.0, lambda x: x - 1.0):
+            numba.njit(add)(1.0)
+        return super().build()
+
+
+def test_kernels_that_a_start_compiles_are_told() -> None:
+    process: Process = ControlProcess(CompilingSpec(), real_time=False)
+    heard: list[int] = []
+    try:
+        process.start()
+        process.wait_ready(60.0, heard.append)
+    finally:
+        process.close()
+    assert heard == sorted(heard)
+    assert heard[-1] >= 2

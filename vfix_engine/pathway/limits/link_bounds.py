@@ -6,6 +6,7 @@ inscribed radius in the link's window; a configured one applies unchanged everyw
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -38,6 +39,18 @@ class LinkBounds(NamedTuple):
         else:
             most[-1] = TIP_BOUND_MM if bound_mm is None else 0.5 * bound_mm
         return cls(most, share)
+
+    def with_last(self, given: Sequence[float | None]) -> Self:
+        """The same with bounds of the last links in mm, the same everywhere; None: as it was.
+
+        Of more bounds than there are links the last ones count.
+        """
+        most, share = self.most.copy(), self.share.copy()
+        first = max(len(most) - len(given), 0)
+        for link, bound in enumerate(given[len(given) - (len(most) - first) :], first):
+            if bound is not None:
+                most[link], share[link] = bound, np.inf
+        return type(self)(most, share)
 
     def at(self, inscribed: Array, windows: IntArray) -> Array:
         """(L,) mm for links with those windows (L, 2); ``inscribed`` is the result of ``inscribed_radii``."""

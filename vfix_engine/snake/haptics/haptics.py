@@ -62,6 +62,8 @@ class HapticSettings:
         """The same for another number of manipulated links: the first link's values for all but the last."""
         if links < 1:
             raise InputError(f"{links} manipulated links; there must be at least 1")
+        if links == len(self.spring):
+            return self
         springs, thresholds = ((values[0],) * (links - 1) + values[-1:] for values in (self.spring, self.threshold))
         return replace(self, spring=springs, threshold=thresholds)
 

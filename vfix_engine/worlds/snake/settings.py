@@ -11,6 +11,7 @@ from ...errors import InputError
 from ...pathway.checks import MOST_ANGLES, MOST_CONTOURS, MOST_FITTED
 from ...pathway.limits.link_bounds import BOUND_MM, LinkBounds
 from ...robots.snake import MOST_LINKS
+from ...snake.haptics.haptics import HapticSettings
 from ...validate import positive, whole, within
 
 Arm = Literal["manual", "guided", "certified"]
@@ -20,6 +21,7 @@ CONTROLS: tuple[Control, ...] = ("parameterised", "qp", "view")
 _FINEST_MM = 0.01  # of a step or between two shapes: with smaller ones a drive takes hours
 _FINEST_S = 1e-5  # of a step
 _MOST_YIELD = 1000.0  # [mm/s per N]
+_LEAST_BOUND_MM, _MOST_OF_LINK = 0.1, 50.0  # [mm] of one link's bound; mm or N/mm of any of its values
 _MOST_BENT = 0.5  # r: beyond it a tip does not count as straight
 _MOST_VERTICES = 100_000  # of a link
 
@@ -44,6 +46,8 @@ class DriveSettings:
     manipulated: distal links that the camera command moves, L' of Kwok 2013, section III.B.
     bound_mm, tip_bound_mm: b_i of eq. 17, of all links and of the last one, the same everywhere. None: by position, at
         most 8 mm and 4 mm and half the lumen's radius (``link_bounds``); for the tip alone: half the others'.
+    link_bounds_mm: b_i of each manipulated link, the last one's last; None, as a whole or of one: as above.
+    springs_n_per_mm, thresholds_mm: k_i and a_i of (33), of each manipulated link; None: those of Table II.
     r_max: largest r, 1 at least; reoptimise_below: control bends are recomputed only while r is not larger; from 0 to
         0.5. lock_bend: a bent tip is inserted and drawn back with its bend, relative to the pathway (Kwok 2013, section
         IV.C.1); False: with a larger r it has to be straightened first.
@@ -76,6 +80,9 @@ class DriveSettings:
     manipulated: int = 5
     bound_mm: float | None = None
     tip_bound_mm: float | None = None
+    link_bounds_mm: tuple[float | None, ...] | None = None
+    springs_n_per_mm: tuple[float, ...] | None = None
+    thresholds_mm: tuple[float, ...] | None = None
     r_max: float = 1.4
     reoptimise_below: float = 0.15
     lock_bend: bool = True
@@ -128,9 +135,34 @@ class DriveSettings:
         if self.bends not in (4, 8):
             raise InputError(f"there are 4 or 8 control bends, not {self.bends}")
 
+        self._check_links()
+
+    def _check_links(self) -> None:
+        """The values of single links, as tuples of finite numbers."""
+        for name, low in (("link_bounds_mm", _LEAST_BOUND_MM), ("springs_n_per_mm", 0.0), ("thresholds_mm", 0.0)):
+            given = getattr(self, name)
+            if given is None:
+                continue
+            if len(given) != self.manipulated:
+                raise InputError(f"{_called(name)}: {self.manipulated} values, one for each link, not {len(given)}")
+            for value in given:
+                if value is not None or name != "link_bounds_mm":
+                    within(_called(name), value, low, _MOST_OF_LINK)
+            object.__setattr__(self, name, tuple(given))
+
     def bounds(self, links: int) -> LinkBounds:
         """b_i of a robot of ``links`` links."""
-        return LinkBounds.of(self.bound_mm, self.tip_bound_mm, links)
+        bounds = LinkBounds.of(self.bound_mm, self.tip_bound_mm, links)
+        return bounds if self.link_bounds_mm is None else bounds.with_last(self.link_bounds_mm)
+
+    def haptics(self) -> HapticSettings:
+        """The forces on the hand: Table II, with springs and thresholds of the links that are set."""
+        usual = HapticSettings().for_links(self.manipulated)
+        return replace(
+            usual,
+            spring=self.springs_n_per_mm or usual.spring,
+            threshold=self.thresholds_mm or usual.threshold,
+        )
 
     @property
     def body_bound(self) -> float:

@@ -22,6 +22,8 @@ class SnakeSnapshot(Snapshot):
     deviations, bounds: (L,) in mm, of each link; 0 and infinity for links that are still outside.
     resistance, guidance: (2,) in N, the two parts of the force on the hand (Kwok 2013, eq. 31-35).
     tissue_age_s: age of the pathway in use; 0 where nothing moves. following: the shape follows the tissue.
+    control_bends: (4 or 8, L' + 1, 3) mm, the joints and the tip of the distal links in each control bend (10)-(20) of
+    the robot's present place; (0, L' + 1, 3) where there is none, as under another control.
     looked_deg: (8,) angle of the view in each direction in the last or present look-round, clockwise from the
     right of the straight view's picture.
     """
@@ -41,6 +43,7 @@ class SnakeSnapshot(Snapshot):
     tissue_age_s: float
     following: bool
     looked_deg: Array
+    control_bends: Array
 
     @property
     def eye(self) -> Array:

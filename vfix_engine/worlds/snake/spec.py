@@ -102,8 +102,9 @@ class SnakeSystemSpec:
 
     @property
     def snapshot_numbers(self) -> int:
-        """Columns of the joints, and of each link its capsule, deviation and bound."""
-        return self.snake.dof + 9 * self.snake.links
+        """Columns of the joints, of each link its capsule, deviation and bound, and of the control bends."""
+        bends = 3 * self.drive.bends * (min(self.drive.manipulated, self.snake.links) + 1)
+        return self.snake.dof + 9 * self.snake.links + bends
 
     @property
     def has_worker(self) -> bool:

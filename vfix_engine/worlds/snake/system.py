@@ -15,6 +15,7 @@ from ...runtime.requests import Bend, Request, SetSettings, Straighten
 from ...runtime.settings import checked_settings
 from ...runtime.snapshot import Blocker
 from ...runtime.system import Background, Column, Grip, Worker
+from ...snake.control.parameterised import ParameterisedControl
 from ...validate import whole
 from .plans.adoption import adopted, bent_to, refused_link, wanted, with_settings
 from .plans.look_progress import Looking
@@ -25,7 +26,7 @@ from .settings import SnakeSettings
 from .snapshot import SnakeSnapshot
 from .stepping.command import SnakeCommand
 from .stepping.constants import DriveConstants, Start
-from .stepping.distal import can_look
+from .stepping.distal import can_look, distal_context
 from .stepping.manual import JOINTS
 from .stepping.motion import tissue_age_s
 from .stepping.state import SnakeState
@@ -215,6 +216,7 @@ class SnakeSystem:
             following=state.following,
             looked_deg=np.array(state.looked_deg if state.looking is None else state.looking.turned_deg),
             certified=state.certified,
+            control_bends=_control_bends(drive, state),
             arm=state.settings.arm,
             hand_joint=state.hand_joint,
         )
@@ -246,6 +248,16 @@ def _undone(state: SnakeState) -> SnakeState:
         return state
     looked_deg = state.looked_deg if state.looking is None else state.looking.turned_deg
     return state._replace(doing="", bend_goal=None, looking=None, looked_deg=looked_deg)
+
+
+def _control_bends(drive: DriveConstants, state: SnakeState) -> Array:
+    """(N, L' + 1, 3) mm, joints and tip of the distal links in each control bend of this place."""
+    control = state.control
+    if not state.settled or not isinstance(control, ParameterisedControl):
+        return np.empty((0, drive.distal.links + 1, 3))
+    place = distal_context(drive, state)
+    shapes = [drive.distal.clamp(place.rest + bend.delta) for bend in control.bends]
+    return np.array([drive.distal.frames(shape, place.base)[:, :3, 3] for shape in shapes])
 
 
 def _blockers(drive: DriveConstants, state: SnakeState) -> tuple[Blocker, ...]:

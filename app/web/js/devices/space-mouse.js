@@ -13,6 +13,7 @@ import { REST, shaped } from "./six-axes.js";
 
 const VENDORS = [0x046d, 0x256f]; // Logitech, 3Dconnexion
 const [GENERIC_DESKTOP, MULTI_AXIS] = [1, 8];
+const BUTTONS = 9; // usage page
 const FIRST_AXIS = 0x30; // usages X, Y, Z, Rx, Ry, Rz
 const FULL = 350; // whole way of the caps, whatever a descriptor says beyond
 const SILENT_MS = 100; // while it is deflected it reports every 8 or 16 ms
@@ -32,6 +33,9 @@ export class SpaceMouseSource extends EventTarget {
     this.fields = new Map();
     /** @type {SixAxes} as the device has them */
     this.raw = [...REST];
+    /** @type {Map<number, number[]>} bits of buttons, by report */
+    this.buttons = new Map();
+    this.pressed = false; // any button is held
     this.at = -Infinity; // of the newest report
     this.refused = "";
     /** @type {Promise<void> | undefined} */
@@ -104,6 +108,7 @@ export class SpaceMouseSource extends EventTarget {
     this.drop("");
     this.device = device;
     this.fields = fieldsOf(device.collections);
+    this.buttons = buttonsOf(device.collections);
     device.addEventListener("inputreport", this.heard);
     this.tell();
   }
@@ -114,11 +119,14 @@ export class SpaceMouseSource extends EventTarget {
     this.device = null;
     this.refused = why;
     this.raw = [...REST];
+    this.pressed = false;
     this.tell();
   }
 
   /** @param {InputReport} report */
   hear({ reportId, data, timeStamp }) {
+    const bits = this.buttons.get(reportId);
+    if (bits) this.pressed = bits.some((bit) => bit >>> 3 < data.byteLength && (data.getUint8(bit >>> 3) >>> (bit & 7)) & 1);
     const fields = this.fields.get(reportId);
     if (!fields) return;
     this.at = timeStamp; // not now: a page that hung hears late
@@ -164,6 +172,30 @@ export function fieldsOf(collections) {
       if (fields.length) found.set(reportId, [...found.get(reportId) ?? [], ...fields]);
     }
     for (const [reportId, fields] of fieldsOf(children)) found.set(reportId, [...found.get(reportId) ?? [], ...fields]);
+  }
+  return found;
+}
+
+/**
+ * Where the buttons are in the reports: bits, by report.
+ * @param {Collection[]} collections
+ * @returns {Map<number, number[]>}
+ */
+export function buttonsOf(collections) {
+  /** @type {Map<number, number[]>} */
+  const found = new Map();
+  for (const { inputReports = [], children = [] } of collections) {
+    for (const { reportId, items } of inputReports) {
+      let bit = 0;
+      for (const item of items) {
+        const usage = item.isRange || !item.usages?.length ? item.usageMinimum ?? 0 : item.usages[0];
+        const first = bit;
+        bit += item.reportSize * item.reportCount;
+        if (usage >>> 16 !== BUTTONS || item.reportSize !== 1) continue;
+        found.set(reportId, [...found.get(reportId) ?? [], ...[...new Array(item.reportCount).keys()].map((index) => first + index)]);
+      }
+    }
+    for (const [reportId, bits] of buttonsOf(children)) found.set(reportId, [...found.get(reportId) ?? [], ...bits]);
   }
   return found;
 }

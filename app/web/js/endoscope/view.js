@@ -10,7 +10,8 @@ import { say } from "../said.js";
 import { length, minus } from "../slices/vectors.js";
 import { CameraHand } from "./camera-hand.js";
 import { lensOf } from "./lens.js";
-import { GuidanceArc } from "./guidance-arc.js";
+import { forceSound } from "./force-sound.js";
+import { ForceArcs } from "./guidance-arc.js";
 import { LOOKS } from "./looks.js";
 import { NearnessCues } from "./nearness-cues.js";
 import { PoseChannel } from "./pose-channel.js";
@@ -55,7 +56,7 @@ export class EndoscopeView {
     });
     this.tools = new ScopeTools(this.canvas, (moves) => this.seenAnew(moves), () => this.save());
     this.hand = new CameraHand(this.canvas, connection, page.keys);
-    this.arc = new GuidanceArc();
+    this.arcs = new ForceArcs();
     this.cues = new NearnessCues();
     this.tools.saveButton.before(...this.cues.buttons);
     this.swapButton = h("button", { type: "button", class: "icon plain scope-swap", id: "scope-swap", onclick: () => page.swap() }, icon("large"));
@@ -79,7 +80,7 @@ export class EndoscopeView {
     this.changedPlan = whenChanged();
     this.channel = new PoseChannel((pose, row) => this.came(pose, row), (words) => this.told(words));
     this.surface = new SurfaceLoader((data) => this.loaded(data));
-    root.replaceChildren(this.canvas, this.cues.vignette, this.arc.element, this.tools.element, this.swapButton, this.nearness.element, h("p", { class: "scope-foot" }, this.source, this.channelWords), this.surface.element);
+    root.replaceChildren(this.canvas, this.cues.vignette, this.arcs.element, this.tools.element, this.swapButton, this.nearness.element, h("p", { class: "scope-foot" }, this.source, this.channelWords), this.surface.element);
     this.canvas.addEventListener("webglcontextlost", (event) => this.lose(event));
     this.canvas.addEventListener("webglcontextrestored", () => this.recover());
     replay.addEventListener("change", () => this.played());
@@ -104,7 +105,7 @@ export class EndoscopeView {
     this.channel.follow(live && scope.poses ? scope.poses : null);
     this.hand.follow(state, scope.hand && this.visible);
     this.tools.element.hidden = scope.hand;
-    this.arc.element.hidden = !scope.hand;
+    this.arcs.element.hidden = !scope.hand;
     if (!live) this.driven = null;
     this.cues.update(state, this.visible && this.connection.connected && !document.hidden);
     if (!this.visible) return;
@@ -227,9 +228,19 @@ export class EndoscopeView {
    */
   came(pose, row) {
     this.driven = pose;
-    if (!this.arc.element.hidden) this.arc.push(row("guidance_force_x"), row("guidance_force_y"), row("t_s"));
+    if (!this.arcs.element.hidden) this.feel(row);
     this.show(pose);
     say(this.source, "");
+  }
+
+  /**
+   * The forces on the hand, seen and heard.
+   * @param {(name: string) => number} row
+   */
+  feel(row) {
+    const [x, y] = [row("guidance_force_x"), row("guidance_force_y")];
+    this.arcs.push([x, y], [row("forces_x") - x, row("forces_y") - y], row("t_s"));
+    forceSound.hear(this.arcs.force);
   }
 
   /** @param {string} words why no poses of the drive come; '' where they do */

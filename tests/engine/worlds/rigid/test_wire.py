@@ -87,6 +87,7 @@ def test_there_is_room_for_every_link_of_a_snake(links: int) -> None:
         straight=False, can_look=True, links_inside=links, deviations=random.normal(size=links),
         bounds=random.normal(size=links), resistance=random.normal(size=2), guidance=random.normal(size=2),
         tissue_age_s=0.1, following=True, looked_deg=random.normal(size=8), arm="certified", hand_joint=1,
+        control_bends=random.normal(size=(8, 6, 3)),
     )  # fmt: skip
     room = snapshot_bytes(SnakeSystemSpec(contours, snake).snapshot_numbers)
     mailbox = Mailbox.create(room)

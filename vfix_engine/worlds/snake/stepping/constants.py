@@ -87,7 +87,7 @@ class DriveConstants:
         return cls(
             snake, distal, first, pathway, query, distal_query, each, HardLimits(query, snake, bound),
             HardLimits(distal_query, distal, bound[first:], first), inscribed_radii(pathway),
-            entrance(pathway.packed(0.0), snake), HandForces(distal), None,
+            entrance(pathway.packed(0.0), snake), HandForces(distal, settings.haptics()), None,
         )  # fmt: skip
 
     def placed(self, bounds: LinkBounds, joint_s: Array) -> Placed:

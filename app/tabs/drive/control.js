@@ -1,0 +1,118 @@
+// Who keeps the robot in its pathway: the three arms, a paper's parameters, and the values of single links.
+import { numberOf } from "/static/js/fields.js";
+import { fixed } from "/static/js/format.js";
+import { hintLine, html, nothing, titled, unlessFocused } from "/static/js/template.js";
+
+/** @import { Connection } from "/static/js/connection.js" */
+/** @import { Commands, DriveOptionsView, LinkValuesView, SnakeView } from "/static/js/types.js" */
+
+/** @typedef {DriveOptionsView["arm"]} Arm */
+/** @type {[Arm, string][]} */
+const ARMS = [["manual", "Manual"], ["guided", "Guided"], ["certified", "Certified"]];
+/** @type {Record<Arm, string>} */
+const WORDS = {
+  manual: "Your hand turns one of the last two joints.",
+  guided: "Forces lead your hand; nothing refuses a motion.",
+  certified: "Every motion is certified.",
+};
+const WITHOUT = "Without the certificate: nothing keeps the robot in its pathway.";
+const HELP = "Manual: the paper’s ‘without’. Left and right, up and down turn one of the last two universal joints, the others follow the centreline. "
+  + "Guided: the paper’s ‘with’. Forces on the hand, and no bound that holds; without a force device the pull yields to the force. "
+  + "Certified: ours. Another arm ends the run, and the next begins at the entry.";
+const BEHIND_HELP = "The certificate speaks of the fitted pathway, not of the wall. So much of the pathway’s surface lies behind the wall’s triangles, "
+  + "and a certified link can be as deep behind them there.";
+/** @type {[NonNullable<DriveOptionsView["preset"]> | "", string][]} */
+const PRESETS = [["", "Default"], ["kwok2013", "Kwok 2013"]];
+const PRESET_HELP = "Printed parameters of the paper: its polar Hermite surface through four control bends, in place of our control that turns the view. "
+  + "The robot stays that of the route. The run ends, and the next begins at the entry.";
+/** @type {[1 | 2, string][]} */
+const JOINTS = [[2, "Before last"], [1, "Last"]];
+const LINKS_HELP = "b: how far the link may leave its pathway; empty: by the route. a: deviation from which on the guidance pulls. "
+  + "k: how hard it pulls. Kwok 2013, (17) and (33), Table II. Another value ends the run.";
+/** @type {[keyof LinkValuesView, string, string, string][]} field, sign, unit, spoken */
+const COLUMNS = [["bound_mm", "b", "mm", "Bound"], ["threshold_mm", "a", "mm", "Threshold"], ["spring_n_per_mm", "k", "N/mm", "Spring"]];
+
+/**
+ * @param {Connection} connection
+ * @param {DriveOptionsView | undefined} options
+ * @param {SnakeView | null | undefined} snake
+ * @param {boolean} running whether this window's robot runs
+ */
+export function controlGroup(connection, options, snake, running) {
+  if (!options) return nothing;
+  const { arm, preset, open } = options;
+  const choose = (/** @type {Event} */ { currentTarget }) => {
+    const { value } = /** @type {HTMLSelectElement} */ (currentTarget);
+    connection.send("drive.preset", { preset: /** @type {DriveOptionsView["preset"]} */ (value || null) });
+  };
+  return titled("Arm", null, html`
+    <div class="segmented devices" role="group" aria-label="Arm">${ARMS.map(([name, label]) => html`<button type="button" data-arm=${name}
+      aria-pressed=${String(name === arm)} ?disabled=${!open} @click=${() => connection.send("drive.arm", { arm: name })}>${label}</button>`)}</div>
+    ${hintLine("arm-words", WORDS[arm], HELP)}
+    ${arm === "certified" ? behind(snake) : html`<p class="words uncertified" id="uncertified" role="status">${WITHOUT}</p>`}
+    ${arm === "manual" ? joints(connection, snake, running) : nothing}
+    ${arm === "guided" && snake?.yield_mm_per_s_per_n ? html`<p class="words" id="yield-words">Pull yields by ${fixed(snake.yield_mm_per_s_per_n, 0)} mm/s per N, assumed.</p>` : nothing}
+    <div class="beside">${hintLine("preset-words", "Parameters", PRESET_HELP)}
+      <select id="drive-preset" aria-label="Parameters" ?disabled=${!open} .value=${preset ?? ""} @change=${choose}>
+        ${PRESETS.map(([name, label]) => html`<option value=${name} ?selected=${name === (preset ?? "")}>${label}</option>`)}</select></div>
+    <details class="folded" id="link-values"><summary>Values by link</summary>${linkTable(connection, options)}</details>`);
+}
+
+/** @param {SnakeView | null | undefined} snake */
+function behind(snake) {
+  if (!snake?.behind) return nothing;
+  const { share, depth_mm: depth } = snake.behind;
+  return hintLine("behind-wall", `Certified · ${fixed(100 * share, 0)} % of the pathway behind wall · up to ${fixed(depth, 1)} mm`, BEHIND_HELP);
+}
+
+/**
+ * @param {Connection} connection
+ * @param {SnakeView | null | undefined} snake
+ * @param {boolean} running
+ */
+function joints(connection, snake, running) {
+  return html`<div class="beside"><p class="words">Joint (J)</p><div class="segmented" role="group" aria-label="Joint of the hand">${JOINTS.map(([joint, label]) => html`
+    <button type="button" data-joint=${joint} aria-pressed=${String((snake?.joint ?? 1) === joint)} ?disabled=${!running} @click=${() => connection.send("drive.joint", { joint })}>${label}</button>`)}</div></div>`;
+}
+
+/**
+ * @param {Connection} connection
+ * @param {DriveOptionsView} options
+ */
+function linkTable(connection, { links, open }) {
+  const changed = (/** @type {number} */ row, /** @type {keyof LinkValuesView} */ name) => (/** @type {Event} */ { currentTarget }) => {
+    const { value } = /** @type {HTMLInputElement} */ (currentTarget);
+    const next = links.map((link) => ({ ...link }));
+    next[row] = { ...next[row], [name]: value.trim() === "" ? null : numberOf(value) };
+    connection.send("drive.links", linkValues(next));
+  };
+  return html`${hintLine("links-words", "The five distal links.", LINKS_HELP)}<table class="link-values">
+    <thead><tr><th scope="col">Link</th>${COLUMNS.map(([, sign, unit]) => html`<th scope="col"><i>${sign}</i> <span class="unit">${unit}</span></th>`)}</tr></thead>
+    <tbody>${links.map((link, row) => html`<tr><th scope="row">${nameOf(row, links.length)}</th>${COLUMNS.map(([name, , , spoken]) => html`<td><input type="text" inputmode="decimal"
+      data-value=${name} aria-label=${`${spoken}, ${nameOf(row, links.length)}`} placeholder=${name === "bound_mm" ? "auto" : nothing} ?disabled=${!open}
+      .value=${unlessFocused(link[name] === null ? "" : String(link[name]))} @change=${changed(row, name)}></td>`)}</tr>`)}</tbody></table>
+    <button type="button" id="links-usual" ?disabled=${!open} @click=${() => connection.send("drive.links", { bounds_mm: null, thresholds_mm: null, springs_n_per_mm: null })}>As printed</button>`;
+}
+
+/**
+ * Of the distal links, counted from the tip.
+ * @param {number} row
+ * @param {number} count
+ */
+function nameOf(row, count) {
+  return row === count - 1 ? "Last" : `Last − ${count - 1 - row}`;
+}
+
+/**
+ * What is sent of the table: all bounds at once, and none where all are by the route.
+ * @param {LinkValuesView[]} links
+ * @returns {Commands["drive.links"]}
+ */
+export function linkValues(links) {
+  const of = (/** @type {keyof LinkValuesView} */ name) => /** @type {any} */ (links.map((link) => link[name] ?? (name === "bound_mm" ? null : NaN)));
+  const bounds = of("bound_mm");
+  return {
+    bounds_mm: bounds.every((/** @type {number | null} */ bound) => bound === null) ? null : bounds,
+    thresholds_mm: of("threshold_mm"), springs_n_per_mm: of("spring_n_per_mm"),
+  };
+}
