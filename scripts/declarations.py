@@ -26,6 +26,7 @@ sys.path.insert(0, str(ROOT))
 from app.api.assignments import AssignmentOpened, ResultsPublic  # noqa: E402
 from app.api.dependencies import ErrorPublic  # noqa: E402
 from app.api.jobs import ImportAnswer, JobPublic  # noqa: E402
+from app.api.lumen_scores import LumenScorePublic, LumenSeriesPublic  # noqa: E402
 from app.api.plan_models import OwnRobotPublic  # noqa: E402
 from app.api.registration_models import PlanRegistrationPublic  # noqa: E402
 from app.api.run_scores import ScorePublic, SeriesPublic  # noqa: E402
@@ -58,6 +59,8 @@ REST_MODELS = (
     RunTitle,
     ScorePublic,
     SeriesPublic,
+    LumenScorePublic,
+    LumenSeriesPublic,
     AssignmentOpened,
     ResultsPublic,
 )

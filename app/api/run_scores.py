@@ -9,6 +9,8 @@ from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, Field
 
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
+from app.api.lumen_scores import LumenScorePublic, LumenSeriesPublic
+from app.api.score_parts import HeldPublic, HoldPublic, MeanMaxPublic, Numbers, Triple
 from app.drives.runs import StoredRun
 from app.exchange.run_report.report import RunToReport, report_html
 from app.plans.model import NOTICE
@@ -17,16 +19,7 @@ from vfix_engine.runtime.run import Run
 
 router = APIRouter(prefix="/runs/{run_id}", tags=["runs"], responses=ERRORS)
 
-Triple = tuple[float, float, float]
 Pair = tuple[float, float]
-Numbers = list[float | None]
-
-
-class MeanMaxPublic(BaseModel):
-    """Over the samples."""
-
-    mean: float
-    max: float
 
 
 class ErrorsPublic(BaseModel):
@@ -51,28 +44,6 @@ class ContactsPublic(BaseModel):
     count: int
     max_depth_mm: float
     time_s: float
-
-
-class HeldPublic(BaseModel):
-    """How long a constraint held the tool."""
-
-    kind: str
-    structure: str
-    part: str
-    time_s: float
-
-
-class HoldPublic(BaseModel):
-    """A time in which something held the tool, or touched it in a free hand (kind 'contact'); place in LPS mm."""
-
-    t_s: float
-    duration_s: float
-    kind: str
-    structure: str
-    part: str
-    reason: str
-    place: Triple
-    depth_mm: float
 
 
 class ScorePublic(BaseModel):
@@ -131,6 +102,7 @@ class SeriesPublic(BaseModel):
     """
 
     run: str
+    world: str
     mode: str | None
     certified: bool
     structures: list[str]
@@ -156,12 +128,13 @@ class SeriesPublic(BaseModel):
 
 
 @router.get("/score")
-def run_score(run_id: Identifier, services: ServicesDep) -> ScorePublic:
+def run_score(run_id: Identifier, services: ServicesDep) -> ScorePublic | LumenScorePublic:
     """The score of a run, with what held it; of a run that was never asked for it takes some seconds."""
-    return ScorePublic.model_validate(services.run_scores.of(run_id))
+    score = services.run_scores.of(run_id)
+    return (ScorePublic if "arm" not in score else LumenScorePublic).model_validate(score)
 
 
-@router.get("/series", response_class=Response, responses={200: {"model": SeriesPublic}})
+@router.get("/series", response_class=Response, responses={200: {"model": SeriesPublic | LumenSeriesPublic}})
 def run_series(run_id: Identifier, services: ServicesDep) -> Response:
     """What is plotted over a run, and where the tool was: all that a replay of its motion needs."""
     headers: dict[str, Any] = {"X-Notice": NOTICE, "Cache-Control": "no-store"}

@@ -56,11 +56,34 @@ class ShortScore(BaseModel):
         )
 
 
+class ShortLumenScore(BaseModel):
+    """Figures of the score of a run in a lumen; lengths in mm.
+
+    completed: the tip came to the end of its way. depth_mm: its deepest place. deviation_mm: the largest of the link
+    nearest to its bound, null in a run whose rows do not have it. beyond_bound_mm: 0 where no link was beyond it.
+    """
+
+    certified: bool
+    completed: bool
+    time_s: float
+    depth_mm: float
+    deviation_mm: float | None
+    beyond_bound_mm: float
+    held_s: float
+
+    @classmethod
+    def of(cls, score: dict[str, Any]) -> ShortLumenScore:
+        nearest = score["nearest_mm"]
+        same = ("certified", "completed", "time_s", "depth_mm", "beyond_bound_mm", "held_s")
+        return cls(deviation_mm=None if nearest is None else nearest["max"], **{name: score[name] for name in same})
+
+
 class RunTitle(BaseModel):
     """A run; ticks: number of recorded steps, lost: number of steps that were not recorded.
 
     mode: 'freehand', 'hands-on' or 'teleoperated', 'mixed' where it was changed on the way, null for a snake.
-    certified: every motion was certified, by the run's world and its rows.
+    arm: 'manual', 'guided' or 'certified' of a snake, null for a rigid tool.
+    certified: every motion was certified, by the run's world, its rows and the arm.
     whole is false, and ticks and lost are null, for an interrupted run.
     pierced: what the tool pierced while it was driven; null where that was not measured.
     score: null where nobody has asked for it yet, see `/runs/{run_id}/score`, and where there is none.
@@ -73,6 +96,7 @@ class RunTitle(BaseModel):
     origin: RunOrigin
     world: str
     mode: str | None
+    arm: str | None
     certified: bool
     recorded: str
     size_bytes: int
@@ -80,7 +104,7 @@ class RunTitle(BaseModel):
     ticks: int | None
     lost: int | None
     pierced: PiercedPublic | None
-    score: ShortScore | None
+    score: ShortScore | ShortLumenScore | None
     files: dict[str, RunFilePublic]
     teacher: bool
     comments: list[CommentPublic]
@@ -92,9 +116,10 @@ class RunTitle(BaseModel):
         end = run.end or {}
         files = {name: vars(file) for name, file in run.files.items()}
         comments = [vars(one) for one in run.comments]
-        told = {"world": run.world, "mode": run.mode, "certified": run.certified, "whole": run.whole}
+        told = {"world": run.world, "mode": run.mode, "arm": run.arm, "certified": run.certified, "whole": run.whole}
         told |= {"ticks": end.get("ticks"), "lost": end.get("lost")}
-        return {**vars(run), **told, "files": files, "comments": comments, "score": known and ShortScore.of(known)}
+        short = ShortScore if run.arm is None else ShortLumenScore
+        return {**vars(run), **told, "files": files, "comments": comments, "score": known and short.of(known)}
 
 
 class RunPublic(RunTitle):

@@ -19,6 +19,7 @@ class KindSpec:
     anatomy: the same within a sentence. opacity: of that surface when a case is opened, from 0 to 1; less than 1 where
     a person looks into it.
     parts: of the Patient tab's panel, beside the list of cases and the import. sliced: it may have a CT, and slices.
+    scope: how its anatomy looks through a camera within it; None where an endoscope sees the air about a plan's path.
     """
 
     noun: str
@@ -28,9 +29,10 @@ class KindSpec:
     opacity: float
     parts: tuple[PatientPart, ...]
     sliced: bool
+    scope: Literal["colon"] | None = None
 
 
 KINDS: dict[CaseKind, KindSpec] = {
     "head": KindSpec("head", "Plan", "Bone", "bone", 1.0, ("structures", "threshold", "paint", "overlays"), True),
-    "lumen": KindSpec("lumen", "Route", "Wall", "the wall", 0.3, (), False),
+    "lumen": KindSpec("lumen", "Route", "Wall", "the wall", 0.3, (), False, "colon"),
 }

@@ -16,6 +16,7 @@ from app.exchange.runs.python import run_python
 from app.extras import need_app
 from app.services import Services
 from vfix_engine.runtime.control_mode import MIXED, MODES
+from vfix_engine.worlds.snake.settings import ARMS
 
 if TYPE_CHECKING:  # stored runs need the store, folders do not
     from app.drives.runs import StoredRun
@@ -33,6 +34,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     listing.add_argument("--case", help="id or name of a case; else of all")
     listing.add_argument("--plan", help="id or name of a plan; else of all")
     listing.add_argument("--mode", choices=(*MODES, MIXED), help="how it was driven; else in any way")
+    listing.add_argument("--arm", choices=ARMS, help="of a snake's hand; else in any")
     listing.add_argument("--limit", type=positive, metavar="N", help="the newest N only")
     every = [listing]
     for action, words in {"show": "one run, with its manifest", "delete": "delete a run for good"}.items():
@@ -113,7 +115,8 @@ def _list(services: Services, args: argparse.Namespace) -> int:
     case = None if args.case is None else find(cases, args.case, "case").id
     plan = None if args.plan is None else find(plans, args.plan, "plan").id
     names = _Names(services)
-    found = [names.told(one) for one in services.runs.list(case, plan) if args.mode in (None, one.mode)][: args.limit]
+    driven = [one for one in services.runs.list(case, plan) if args.mode in (None, one.mode)]
+    found = [names.told(one) for one in driven if args.arm in (None, one.arm)][: args.limit]
     if args.json:
         print(json.dumps(found))
         return 0
@@ -140,6 +143,7 @@ class _Names:
             "plan": run.plan_id,
             "plan_name": self._plans.get(run.plan_id or ""),
             "mode": run.mode,
+            "arm": run.arm,
             "world": run.world,
             "certified": run.certified,
             "teacher": run.teacher,
@@ -155,7 +159,7 @@ class _Names:
 def _line(run: dict[str, Any]) -> str:
     """A run as one line of the list."""
     length = "interrupted" if run["ticks"] is None else f"{run['ticks']:,} steps"
-    driven = (run["mode"] or run["world"]) + ("" if run["certified"] else f" ({UNCERTIFIED})")
+    driven = (run["mode"] or run["arm"] or run["world"]) + ("" if run["certified"] else f" ({UNCERTIFIED})")
     of = ", ".join(name for name in (run["plan_name"], run["case_name"]) if name)
     taught = "  (teacher)" if run["teacher"] else ""
     return f"{run['id']:18}  {run['recorded'][:16].replace('T', ' ')}  {driven:36}  {length:>14}  {of}{taught}"

@@ -9,10 +9,13 @@ from typing import Any
 
 from app.commands.counts import natural
 from app.commands.found_runs import FoundRun, find_run, optional_services
-from app.commands.rehearse_errors import add_error_arguments, chain_of, registered_content
+from app.commands.rehearse_errors import NONE, add_error_arguments, chain_of, registered_content
 from app.services import Services
+from vfix_engine.errors import InputError
+from vfix_engine.study.lumen import score_lumen_run
 from vfix_engine.study.metrics import score_run
 from vfix_engine.worlds.registry import spec_of
+from vfix_engine.worlds.snake import SnakeSystemSpec
 
 NOTICE = "Not for clinical use."
 
@@ -40,8 +43,15 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _scored(services: Services | None, found: FoundRun, args: argparse.Namespace) -> dict[str, Any]:
-    """The score of a run, with the error chain, and ``true_error_mm`` of the path by its name there, too."""
+    """The score of a run, with the error chain, and ``true_error_mm`` of the path by its name there, too.
+
+    One in a lumen has no error chain. Raises InputError where one is asked for.
+    """
     spec, case, plan = spec_of(found.run), found.origin["case"], found.origin["plan"]
+    if isinstance(spec, SnakeSystemSpec):
+        if args.errors != NONE:
+            raise InputError(f"{found.name} is a run in a lumen, whose robot has no error chain; leave out --errors")
+        return found.origin | score_lumen_run(found.run, spec).to_dict()
     path = getattr(getattr(spec, "scene", None), "path_points", None)
     chain = chain_of(args.errors, args.seed, path, registered_content(services, plan), case or "")
     score = score_run(found.run, spec, errors=None if chain.empty else chain)

@@ -78,7 +78,7 @@ class Recording:
             raise StorageError(
                 f"{str(error).rstrip('.')}; it is kept, and stored when the next drive begins."
             ) from error
-        if self.scores is not None and run.mode is not None:  # a snake's run has no score
+        if self.scores is not None and (run.mode is not None or run.arm is not None):
             progress("Scoring the run", 0.7)
             try:
                 self.scores.of(run.id)

@@ -16,22 +16,26 @@ from app.store import Store
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 from vfix_engine.runtime.run import TICKS, Run
+from vfix_engine.runtime.system import SystemSpec
 from vfix_engine.study.holds import holds_of
+from vfix_engine.study.lumen import LumenSeries, lumen_holds_of, lumen_series_of, score_lumen_run
 from vfix_engine.study.metrics import score_run
 from vfix_engine.study.series import RunSeries, series_of
-from vfix_engine.worlds.registry import spec_of
+from vfix_engine.worlds.registry import WORLDS, spec_of
 from vfix_engine.worlds.rigid.row import PHASES
+from vfix_engine.worlds.snake.row import LIMITS
 
 VERSION = 3  # of the definitions of the score and of a hold
 RATE_HZ = 30.0
 MOST_SAMPLES = 36_000  # of one answer; longer runs have fewer a second
+LUMEN_RATE_HZ, MOST_LUMEN_SAMPLES = 20.0, 12_000  # the same of a robot with many links
 
 _NO_SAMPLES = "the run has no samples."
 _DONE = PHASES.index("done")
 
 
 class RunScores:
-    """Scores of runs of a rigid tool. Thread-safe.
+    """Scores of runs of a rigid tool, and of a robot in a lumen. Thread-safe.
 
     A score is stored as a derived file of the run's steps and goes with them; its name has a hash of all of the run's
     files, which never change.
@@ -43,7 +47,7 @@ class RunScores:
         self._series: Cache[str, bytes] = Cache(4)
 
     def of(self, run_id: str) -> dict[str, Any]:
-        """`RunScore` as plain values, with `holds` and `completed`.
+        """`RunScore` or `LumenScore` as plain values, with `holds` and `completed`.
 
         Raises NotFound, and InputError for a run that cannot be scored.
         """
@@ -63,17 +67,17 @@ class RunScores:
         return None if stored is None else self._scores.get(key, lambda: stored)
 
     def series(self, run_id: str) -> bytes:
-        """The series of a run as JSON, see `SeriesPublic`.
+        """The series of a run as JSON, see `SeriesPublic` and `LumenSeriesPublic`.
 
-        Raises NotFound, and InputError for a run without a rigid tool.
+        Raises NotFound, and InputError for a run of another world.
         """
         run = self._runs.get(run_id)
 
         def make() -> bytes:
             with self._runs.laid_out(run_id) as place:
-                series = series_of(Run.read(place))
-            rate = min(RATE_HZ, MOST_SAMPLES / float(series.t[-1]))
-            return json.dumps(plain_series(series.thinned(rate), run), allow_nan=False).encode()
+                read = Run.read(place)
+            plain = _lumen_series if _in_lumen(read) else _rigid_series
+            return json.dumps(plain(read, run), allow_nan=False).encode()
 
         if TICKS not in run.files:
             raise InputError(_NO_SAMPLES)
@@ -83,10 +87,7 @@ class RunScores:
         with self._runs.laid_out(run.id) as place:
             read = Run.read(place)
         spec = spec_of(read)
-        score = score_run(read, spec).to_dict()
-        score["completed"] = bool((read.column("phase")[-score["samples"] :] == _DONE).any())
-        score["reach_mm"] = float(series_of(read, spec).reach.min())
-        score["holds"] = [hold.to_dict() for hold in holds_of(read, spec)]
+        score = (_lumen_score if _in_lumen(read) else _rigid_score)(read, spec)
         score = json.loads(json.dumps(score, allow_nan=False))  # as it is read again
         if self._store.writable:
             sealed = _sealed(score)
@@ -94,11 +95,72 @@ class RunScores:
         return dict(score)
 
 
+def _in_lumen(run: Run) -> bool:
+    world = WORLDS.get(str(run.manifest["world"]))
+    return world is not None and world.arms
+
+
+def _rigid_score(run: Run, spec: SystemSpec) -> dict[str, Any]:
+    score = score_run(run, spec).to_dict()
+    score["completed"] = bool((run.column("phase")[-score["samples"] :] == _DONE).any())
+    score["reach_mm"] = float(series_of(run, spec).reach.min())
+    score["holds"] = [hold.to_dict() for hold in holds_of(run, spec)]
+    return score
+
+
+def _lumen_score(run: Run, spec: SystemSpec) -> dict[str, Any]:
+    score = score_lumen_run(run, spec).to_dict()
+    score["holds"] = [hold.to_dict() for hold in lumen_holds_of(run, spec)]
+    return score
+
+
+def _rigid_series(read: Run, run: StoredRun) -> dict[str, Any]:
+    series = series_of(read)
+    rate = min(RATE_HZ, MOST_SAMPLES / float(series.t[-1]))
+    return plain_series(series.thinned(rate), run)
+
+
+def _lumen_series(read: Run, run: StoredRun) -> dict[str, Any]:
+    rate = min(LUMEN_RATE_HZ, MOST_LUMEN_SAMPLES / float(read.column("t").max()))
+    return plain_lumen_series(lumen_series_of(read, rate), run)
+
+
+def plain_lumen_series(series: LumenSeries, run: StoredRun) -> dict[str, Any]:
+    """The same of a run in a lumen."""
+    return {
+        "run": run.id,
+        "world": run.world,
+        "arm": run.arm,
+        "certified": run.certified,
+        "limits": [name or "" for name in LIMITS],
+        "radius_mm": series.radius_mm,
+        "t_s": _plain(series.t),
+        "chain_mm": _plain(series.chain, 2),
+        "eye": _plain(series.eye, 3),
+        "shaft": _plain(series.shaft),
+        "side": _plain(series.side),
+        "depth_mm": _plain(series.depth, 2),
+        "speed_mm_per_s": _plain(series.speed, 2),
+        "deviation_mm": _plain(series.deviation, 3),
+        "bound_mm": _plain(series.bound, 3),
+        "link": series.link.tolist(),
+        "beyond_mm": _plain(series.beyond, 6),
+        "distal_mm": _plain(series.distal, 3),
+        "bend": _plain(series.bend),
+        "force_n": _plain(series.force),
+        "guidance_n": _plain(series.guidance),
+        "held": series.held.astype(int).tolist(),
+        "limit": series.limit.tolist(),
+        "limit_link": series.limit_link.tolist(),
+    }
+
+
 def plain_series(series: RunSeries, run: StoredRun) -> dict[str, Any]:
     """A series as plain values, rounded to 0.1 µm, errors to 1 nm; what does not exist is None."""
     plane = series.plane
     return {
         "run": run.id,
+        "world": run.world,
         "mode": run.mode,
         "certified": run.certified,
         "structures": list(series.structures),

@@ -31,7 +31,7 @@ from vfix_engine.errors import InputError, VfixError
 from vfix_engine.json_text import parse_json
 from vfix_engine.runtime.control_mode import run_mode
 from vfix_engine.runtime.run import END, EVENTS, MANIFEST, PART, SIDEWAYS, SPEC, TICKS
-from vfix_engine.worlds.registry import is_certified
+from vfix_engine.worlds.registry import arm_of, is_certified
 
 _LOG = logging.getLogger(__name__)
 
@@ -95,8 +95,13 @@ class StoredRun:
             return None
 
     @property
+    def arm(self) -> str | None:
+        """'manual', 'guided' or 'certified' of a snake; None of another world."""
+        return arm_of(self.manifest)
+
+    @property
     def certified(self) -> bool:
-        """Whether every motion of it was certified: by its world and the columns of its rows."""
+        """Whether every motion of it was certified: by its world, the columns of its rows, and a snake's arm."""
         return is_certified(self.manifest)
 
     @property

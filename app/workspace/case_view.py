@@ -28,7 +28,7 @@ from app.services import Services
 from app.workspace import commands as c
 from app.workspace.latest import BackgroundTask, Latest
 from app.workspace.layers import Layer
-from app.workspace.sections import CaseSection, ViewSection
+from app.workspace.sections import CaseSection, ScopeSection, ViewSection
 from app.workspace.skin_view import SkinView
 from app.workspace.slice_view import Greys, SliceView
 from vfix_engine.arrays import Array
@@ -178,6 +178,17 @@ class CaseView:
         self._opened_up = True
         self.go_to(tuple(float(value) for value in np.median(np.array(places), axis=0)))  # type: ignore[arg-type]
         self._look = replace(self._look, cut="left", slices="none" if self._slices is None else "sagittal")
+
+    def scope(self) -> ScopeSection | None:
+        """What a camera within the open anatomy sees, without one that is driven; None where the kind has none."""
+        case = self._case
+        look = None if case is None else KINDS[case.kind].scope
+        if case is None or look is None:
+            return None
+        surface = f"/api/v1/cases/{case.id}/endoscope"
+        return ScopeSection(
+            surface=surface, key=case.content_hash, poses="", look=look, hand=False, own=True, pose=None, words=""
+        )
 
     # -- for the scene
 

@@ -86,6 +86,32 @@ class CaseSection(TypedDict):
     outlines: list[OutlineView]
 
 
+class ScopePoseView(TypedDict):
+    """A place in the lumen, the way ahead, and up in the picture."""
+
+    tip: Position
+    shaft: Position
+    side: Position
+
+
+class ScopeSection(TypedDict):
+    """What the page's endoscope shows: where its surface and its poses come from; '' for none yet.
+
+    key: another one for another surface. look: of the tissue. hand: a drag in the picture moves the camera. own: the
+    picture is turned as the robot's own camera is, which has no lens that could be tilted. pose: what is shown before
+    there is a robot. words: why there is no picture.
+    """
+
+    surface: str
+    key: str
+    poses: str
+    look: Literal["nose", "colon"]
+    hand: bool
+    own: bool
+    pose: ScopePoseView | None
+    words: str
+
+
 class SliceGrid(TypedDict):
     """Size of a slice's picture in pixels; origin: centre of its first pixel; u and v: from one pixel to the next."""
 

@@ -7,7 +7,7 @@ const { document } = layOutElements();
 const notes = new FakeElement("div");
 Object.assign(document, { getElementById: () => notes });
 Object.assign(globalThis, { localStorage: { getItem: () => null, setItem() {} } });
-const { EndCard } = await import("../../app/tabs/rehearse/end-card.js");
+const { EndCard } = await import("../../app/web/js/end-card.js");
 const { jobWatch } = await import("../../app/web/js/jobs.js");
 
 const title = (id, plan = "plan") => ({ id, plan_id: plan, mode: "hands-on", origin: "page", recorded: "2026-01-01T10:00:00Z", score: null });

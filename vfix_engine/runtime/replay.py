@@ -18,7 +18,8 @@ from .run import Run, RunEvent
 from .system import SystemSpec
 from .versions import versions
 
-_LATER = "outside_link"  # columns of a snake's links came after the first runs, at the end; no other column did
+# Columns of a snake that came after the first runs, at the end; no other column did.
+_LATER = ("outside_link", "deviation", "bound", "link", "guidance_", "limit", "arm")
 
 _CLOCKLESS = (
     "rigid",

@@ -22,6 +22,7 @@ class World(NamedTuple):
     certified: whether every motion in it is certified.
     columns: names that the rows of every run of it have, and together no run of a world without the certificate.
     preparation: of the kernels that it needs.
+    arms: whether it is driven in one of the arms of a snake's hand, of which one is certified.
     """
 
     module: str
@@ -29,6 +30,7 @@ class World(NamedTuple):
     certified: bool
     columns: frozenset[str]
     preparation: Preparation
+    arms: bool = False
 
     def load(self) -> type[SystemSpec]:
         """The class of its specs."""
@@ -36,9 +38,7 @@ class World(NamedTuple):
         return found  # type: ignore[no-any-return]
 
 
-__all__ = ["RIGID", "SNAKE", "WORLDS", "World", "is_certified", "preparation_of", "prepare", "spec_of"]
-
-CERTIFIED = "certified"  # the arm of a snake's drive, see ``DriveSettings``
+__all__ = ["RIGID", "SNAKE", "WORLDS", "World", "arm_of", "is_certified", "preparation_of", "prepare", "spec_of"]
 
 # One process, which yields to others: the page waits for the rigid tool's kernels only.
 SNAKE = Preparation("vfix_engine.worlds.snake.preparation", (("drive",),), "prepared-snake", 219, spare=True)
@@ -48,8 +48,8 @@ _OF_SNAKE = frozenset(("q0", "tip_s", "beyond_bound"))
 WORLDS = {
     "rigid": World("vfix_engine.worlds.rigid.spec", "RigidSpec", True, _OF_ROBOT, RIGID),
     "freehand": World("vfix_engine.worlds.freehand.spec", "FreehandSpec", False, _OF_HAND, RIGID),
-    "snake": World("vfix_engine.worlds.snake", "SnakeSystemSpec", True, _OF_SNAKE, SNAKE),
-    "snake drive": World("vfix_engine.worlds.snake", "DriveSpec", True, _OF_SNAKE, SNAKE),
+    "snake": World("vfix_engine.worlds.snake", "SnakeSystemSpec", True, _OF_SNAKE, SNAKE, True),
+    "snake drive": World("vfix_engine.worlds.snake", "DriveSpec", True, _OF_SNAKE, SNAKE, True),
 }
 
 
@@ -81,16 +81,24 @@ def spec_of(run: Run) -> SystemSpec:
 
 def is_certified(manifest: Mapping[str, Any]) -> bool:
     """Whether every motion of a run was certified, by its manifest as it was written: the world it names, whose
-    certificate stands in no file, the columns that only rows of that world have, and the arm of a snake."""
+    certificate stands in no file, the columns that only rows of that world have, and the arm of a snake's hand."""
     world = WORLDS.get(str(manifest.get("world")))
-    return world is not None and world.certified and not _missing(world, manifest) and _arm(manifest) == CERTIFIED
+    if world is None or not world.certified or _missing(world, manifest):
+        return False
+    return not world.arms or arm_of(manifest) == "certified"
 
 
-def _arm(manifest: Mapping[str, Any]) -> Any:
-    """The arm of a snake's drive; runs of other worlds, and those recorded before there were arms, are certified."""
+def arm_of(manifest: Mapping[str, Any]) -> str | None:
+    """The arm of a snake's hand in which a run was driven, by its manifest; 'certified' of one before there were arms.
+
+    None for a world without arms, and where the manifest does not hold the drive's settings.
+    """
+    world = WORLDS.get(str(manifest.get("world")))
     spec = manifest.get("spec")
     drive = spec.get("drive") if isinstance(spec, Mapping) else None
-    return drive.get("arm", CERTIFIED) if isinstance(drive, Mapping) else CERTIFIED
+    if world is None or not world.arms or not isinstance(drive, Mapping):
+        return None
+    return str(drive.get("arm", "certified"))
 
 
 def _missing(world: World, manifest: Mapping[str, Any]) -> list[str]:

@@ -1,6 +1,7 @@
 // Drive: start and reset, the handle, the camera, and the figures of the robot in the lumen.
 import { h } from "/static/js/dom.js";
 import { DEVICES, HandDevices } from "/static/js/devices/hand-devices.js";
+import { EndCard } from "/static/js/end-card.js";
 import { fixed } from "/static/js/format.js";
 import { ENLARGE, LAID_OUT } from "/static/js/layout.js";
 import { draw, hintLine, html, live, nothing, said, titled } from "/static/js/template.js";
@@ -30,6 +31,7 @@ export default class DrivePanel {
     this.status = new SnakeStatus();
     this.devices = new HandDevices(keys, (axes) => connection.send("axes", snakeAxes(axes, this.devices.kind, this.devices.spaceMouse.pressed)));
     this.layout = "";
+    this.endCard = new EndCard(connection, undefined, ({ route }) => route);
     this.element = h("div", {});
     window.addEventListener(LAID_OUT, (event) => {
       this.layout = /** @type {CustomEvent<string>} */ (event).detail;
@@ -51,7 +53,8 @@ export default class DrivePanel {
   update({ rehearsal, snake, route, step, drive_options: options }) {
     if (step?.name !== "drive") return;
     const runs = Boolean(rehearsal?.mine) && rehearsal?.state === "running";
-    draw(this.element, html`
+    this.endCard.update(this.connection.state);
+    draw(this.element, html`${this.endCard.element}
       <div class="group" id="arms">${controlGroup(this.connection, options, snake, runs)}</div>
       <div class="group">${titled("Drive", null, this.drive(rehearsal, route))}</div>
       <div class="group">${titled("Robot", null, snake ? figures(snake) : html`<p class="words">Appears at the entry.</p>`)}${this.camera(rehearsal, snake)}</div>

@@ -2,34 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Literal, TypedDict
+from typing import TypedDict
 
 from app.drives.sections import DetailsSection, DriveSection
-from app.messages.sections import Position
-
-
-class ScopePoseView(TypedDict):
-    """A place in the lumen, the way ahead, and up in the picture."""
-
-    tip: Position
-    shaft: Position
-    side: Position
-
-
-class ScopeSection(TypedDict):
-    """What the page's endoscope shows: where its surface and its poses come from; '' for none yet.
-
-    key: another one for another surface. look: of the tissue. hand: a drag in the picture moves the camera, and the
-    picture is turned as the camera is. pose: what is shown before there is a robot. words: why there is no picture.
-    """
-
-    surface: str
-    key: str
-    poses: str
-    look: Literal["nose", "colon"]
-    hand: bool
-    pose: ScopePoseView | None
-    words: str
+from app.workspace.sections import ScopeSection
 
 
 class LinkView(TypedDict):

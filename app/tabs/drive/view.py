@@ -9,7 +9,8 @@ from app.drives.view import place
 from app.lumen.document import StoredRoute
 from app.lumen.paths import RoutePath
 from app.tabs.drive.preparation import PreparedSnake
-from app.tabs.drive.sections import BehindWallView, LinkView, ScopePoseView, ScopeSection, SnakeView
+from app.tabs.drive.sections import BehindWallView, LinkView, SnakeView
+from app.workspace.sections import ScopePoseView, ScopeSection
 from vfix_engine.worlds.snake.settings import SnakeSettings
 from vfix_engine.worlds.snake.snapshot import SnakeSnapshot
 
@@ -88,6 +89,7 @@ def scope_section(
         "poses": "" if route is None or not live else f"/api/v1/steps/drive/poses?case={case_id}&plan={route.id}",
         "look": "colon",
         "hand": True,
+        "own": True,
         "pose": None if path is None else _entry_pose(path),
         "words": words,
     }

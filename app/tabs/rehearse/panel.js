@@ -2,6 +2,7 @@
 import { brief } from "/static/js/brief.js";
 import { note } from "/static/js/dialogs.js";
 import { fillOptions, h, group, whenChanged } from "/static/js/dom.js";
+import { EndCard } from "/static/js/end-card.js";
 import { isOld } from "/static/js/verdict-line.js";
 import { fixed, mm } from "/static/js/format.js";
 import { holdButton } from "/static/js/hold.js";
@@ -13,7 +14,6 @@ import { AssignmentGroup } from "./assignment.js";
 import { CommentsGroup } from "./comments.js";
 import { Countdown } from "./countdown.js";
 import { DeviceMenu } from "./device-menu.js";
-import { EndCard } from "./end-card.js";
 import { ModesGroup, WITHOUT, isFree } from "./modes.js";
 import { preselected } from "./preselected.js";
 import { RehearsalStatus } from "./status.js";

@@ -1,7 +1,16 @@
-"""Review: recorded runs of the open head, replayed, plotted and compared."""
+"""Review: recorded runs of the open case, replayed, plotted and compared."""
 
+from app.tabs.review.sections import ReviewSections
 from app.tabs.spec import TabSpec
 
 SPEC = TabSpec(
-    "review", "Review", 40, __name__, "ReviewTab", kinds=("head",), needs="case", endoscope="offered"
-)  # fmt: skip
+    "review",
+    "Review",
+    40,
+    __name__,
+    "ReviewTab",
+    sections=ReviewSections,
+    kinds=("head", "lumen"),
+    needs="case",
+    endoscope="offered",
+)

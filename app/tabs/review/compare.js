@@ -1,17 +1,22 @@
 // Runs beside one another: their figures, and the differences from the first.
 import { h } from "/static/js/dom.js";
 import { fixed, signed } from "/static/js/format.js";
-import { UNCERTIFIED, isUncertified, modeWord, runName } from "/static/js/runs.js";
+import { drivenOf } from "/static/js/run-views.js";
+import { UNCERTIFIED, drivenAs, isUncertified, modeWord, runName } from "/static/js/runs.js";
 import { draw, html, nothing } from "/static/js/template.js";
+import { lumenFigures } from "./lumen-figures.js";
 import { paired, pairsOf } from "./pairs.js";
 
+/** @import { AnyScore } from "/static/js/runs.js" */
 /** @import { RunTitle, ScorePublic } from "/static/js/types.js" */
 
-/** @typedef {{ run: RunTitle, score: ScorePublic }} Scored */
-/** @typedef {{ name: string, unit: string, digits: number, of: (score: ScorePublic) => number | null, more?: boolean, most?: (score: ScorePublic) => number }} Figure
+/** @typedef {{ run: RunTitle, score: AnyScore }} Scored */
+/**
+ * @template [Score=any]
+ * @typedef {{ name: string, unit: string, digits: number, of: (score: Score) => number | null, more?: boolean, most?: (score: Score) => number }} Figure
  *   more: a larger value is better. most: it is at least that where it is that, as farther away nothing was measured */
 
-/** @type {Figure[]} */
+/** @type {Figure<ScorePublic>[]} */
 export const FIGURES = [
   { name: "Time", unit: "s", digits: 1, of: ({ time_s: time }) => time },
   { name: "Tip error, mean", unit: "mm", digits: 3, of: ({ path_error_mm: error }) => error?.robot_frame.mean ?? null },
@@ -24,6 +29,9 @@ export const FIGURES = [
   { name: "Path length", unit: "mm", digits: 1, of: ({ path_length_mm: length }) => length },
   { name: "Smoothness", unit: "", digits: 2, of: ({ spectral_arc_length: smooth }) => smooth, more: true },
 ];
+
+/** What is compared, by what was driven. @type {Record<string, (scores: any[]) => Figure[]>} */
+const FIGURES_OF = { tool: () => FIGURES, lumen: lumenFigures };
 
 export class CompareTable {
   constructor() {
@@ -38,9 +46,9 @@ export class CompareTable {
   show(scored, runs, planName) {
     draw(this.element, scored.length < 2 ? html`<p class="empty">Add another run with <strong>+</strong> in the list.</p>` : html`
       <table class="compare"><thead><tr><td></td>${scored.map(({ run }, index) => html`<th scope="col" colspan=${index ? 2 : 1}>
-        <span class="compare-name" data-run=${index === 0 ? "main" : index === 1 ? "ghost" : "other"}>${modeWord(run.mode)}</span>${isUncertified(run) ? html`<span class="pill">${UNCERTIFIED}</span>` : nothing}
+        <span class="compare-name" data-run=${index === 0 ? "main" : index === 1 ? "ghost" : "other"}>${modeWord(drivenAs(run))}</span>${isUncertified(run) ? html`<span class="pill">${UNCERTIFIED}</span>` : nothing}
         <span class="compare-sub">${planName(run.plan_id)} · ${runName(run)}</span></th>`)}</tr></thead>
-      <tbody>${FIGURES.map((figure) => this.row(figure, scored))}</tbody></table>
+      <tbody>${FIGURES_OF[drivenOf(scored[0].run)](scored.map(({ score }) => score)).map((figure) => this.row(figure, scored))}</tbody></table>
       ${this.pairs(scored, runs)}`);
   }
 
@@ -68,7 +76,7 @@ export class CompareTable {
    * @param {RunTitle[]} runs
    */
   pairs([first, second], runs) {
-    const [a, b] = [first.run.mode ?? "", second.run.mode ?? ""];
+    const [a, b] = [drivenAs(first.run) ?? "", drivenAs(second.run) ?? ""];
     if (a === b) return nothing;
     const pairs = pairsOf(runs, a, b);
     const found = [["Time", "s", 1, "time_s"], ["Tip error, mean", "mm", 3, "error_mm"]].flatMap(([name, unit, digits, key]) => {

@@ -1,7 +1,7 @@
 // What the plots show of a run's series: numbers only, so that they can be checked without a page.
 
 /** @import { Triple } from "/static/js/slices/grid.js" */
-/** @import { SeriesPublic } from "/static/js/types.js" */
+/** @import { LumenSeriesPublic, SeriesPublic } from "/static/js/types.js" */
 
 /** @typedef {{ x: number[], lines: (number | null)[][] }} Curves x ascending; each line as long as x */
 
@@ -32,8 +32,9 @@ export function errorAlongPath(runs) {
 
 /**
  * A value of every run over one axis of time: the first run's samples, and what the others had then.
- * @param {SeriesPublic[]} runs
- * @param {(series: SeriesPublic) => (number | null)[]} of
+ * @template {{ t_s: number[] }} Series
+ * @param {Series[]} runs
+ * @param {(series: Series) => (number | null)[]} of
  * @returns {Curves}
  */
 export function overTime(runs, of) {
@@ -125,6 +126,27 @@ export function segmentsAt({ t_s: times, segments }, t) {
 export function sideAt({ t_s: times, side }, t) {
   const { at, next, share } = between(times, t);
   return /** @type {Triple} */ (side[at].map((value, axis) => value + share * (side[next][axis] - value)));
+}
+
+/**
+ * A robot in a lumen at a time: the axes of its links from the tip on, and its camera. Links keep their length.
+ * @param {LumenSeriesPublic} series
+ * @param {number} t s
+ */
+export function robotAt({ t_s: times, chain_mm: chains, eye, shaft, side }, t) {
+  const { at, next, share } = between(times, t);
+  const mixed = (/** @type {Triple[]} */ of) => /** @type {Triple} */ (of[at].map((value, axis) => value + share * (of[next][axis] - value)));
+  const joints = chains[at].map((place, joint) => /** @type {Triple} */ (place.map((value, axis) => value + share * (chains[next][joint][axis] - value))));
+  const [first, second] = chains[0], long = Math.hypot(...second.map((value, axis) => value - first[axis]));
+  /** @type {[Triple, Triple][]} */
+  const segments = [];
+  for (let joint = joints.length - 2, far = joints[joints.length - 1]; joint >= 0; joint -= 1) {
+    const way = far.map((value, axis) => value - joints[joint][axis]), scale = long / Math.max(Math.hypot(...way), 1e-9);
+    const near = /** @type {Triple} */ (far.map((value, axis) => value - scale * way[axis]));
+    segments.push([near, far]);
+    far = near;
+  }
+  return { segments, camera: { tip: mixed(eye), shaft: mixed(shaft), side: mixed(side) } };
 }
 
 /**

@@ -11,7 +11,8 @@ import { ResultsTable } from "./results.js";
 import { SPEEDS, STEP_S } from "./player.js";
 import { plotsOf } from "./plots.js";
 
-/** @import { CommentPublic, ScorePublic } from "/static/js/types.js" */
+/** @import { AnyScore } from "/static/js/runs.js" */
+/** @import { CommentPublic } from "/static/js/types.js" */
 /** @import { Player } from "./player.js" */
 
 const PLAY = "M4.5 3v10l8-5z", PAUSE = "M5 3v10M11 3v10";
@@ -32,7 +33,7 @@ export class Dock {
     this.compare = new CompareTable();
     this.results = new ResultsTable(open);
     this.shows = /** @type {Shown} */ (recall("review-dock", SHOWN.map(([what]) => what), "plots"));
-    /** @type {ScorePublic | null} */
+    /** @type {AnyScore | null} */
     this.score = null;
     /** @type {CommentPublic[]} */
     this.comments = [];
@@ -47,7 +48,7 @@ export class Dock {
   }
 
   /**
-   * @param {ScorePublic | null} score of the run that is played
+   * @param {AnyScore | null} score of the run that is played
    * @param {CommentPublic[]} [comments] on it
    */
   marks(score, comments = []) {
@@ -62,9 +63,15 @@ export class Dock {
     this.render();
   }
 
+  /** Only a tool that follows a path is beside one, and only an assignment has results. @param {Shown} what */
+  offers(what) {
+    const { main } = this.player;
+    return what === "results" ? Boolean(assignment.results) : what !== "path" || !main || "flat_mm" in main.series;
+  }
+
   render() {
     const { player } = this, { main, end } = player;
-    const shows = this.shows === "results" && !assignment.results ? "plots" : this.shows;
+    const offered = SHOWN.filter(([what]) => this.offers(what)), shows = this.offers(this.shows) ? this.shows : "plots";
     const shown = this[shows].element;
     if (this.body.firstElementChild !== shown) {
       this.body.replaceChildren(shown);
@@ -85,7 +92,7 @@ export class Dock {
       <select id="run-speed" aria-label="Speed" @change=${(/** @type {Event} */ { currentTarget }) => { player.speed = Number(/** @type {HTMLSelectElement} */ (currentTarget).value); }}>
         ${SPEEDS.map((speed) => html`<option value=${speed} ?selected=${speed === player.speed}>${fixed(speed, speed % 1 ? 2 : 0).replace(/0$/u, "")}×</option>`)}</select>
       <div class="segmented" role="group" aria-label="Below the views">
-        ${SHOWN.filter(([what]) => what !== "results" || assignment.results).map(([what, name]) => html`<button type="button" id="show-${what}" aria-pressed=${String(shows === what)} @click=${() => this.turn(what)}>${name}</button>`)}</div>`);
+        ${offered.map(([what, name]) => html`<button type="button" id="show-${what}" aria-pressed=${String(shows === what)} @click=${() => this.turn(what)}>${name}</button>`)}</div>`);
   }
 
   /** @param {number} t */

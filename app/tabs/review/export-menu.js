@@ -18,6 +18,7 @@ export class ExportMenu {
   constructor() {
     /** @type {string | null} */
     this.run = null;
+    this.formats = FORMATS.map(([format]) => format);
     this.saving = "";
     this.button = h("button", { type: "button", id: "export-run" }, "Export");
     this.element = h("div", { class: "export-menu", id: "export-menu", role: "dialog", "aria-label": "Export of the run" });
@@ -26,13 +27,19 @@ export class ExportMenu {
     this.render();
   }
 
-  /** @param {string | null} run id of the open one */
-  of(run) {
+  /**
+   * @param {string | null} run id of the open one
+   * @param {string[]} formats that it is exported in
+   */
+  of(run, formats) {
     this.run = run;
+    if (formats.join() === this.formats.join()) return;
+    this.formats = formats;
+    this.render();
   }
 
   render() {
-    draw(this.element, html`<ul class="exports">${FORMATS.map(([format, name, words]) => html`<li class="export"><button type="button" data-format=${format} aria-busy=${String(this.saving === format)}
+    draw(this.element, html`<ul class="exports">${FORMATS.filter(([format]) => this.formats.includes(format)).map(([format, name, words]) => html`<li class="export"><button type="button" data-format=${format} aria-busy=${String(this.saving === format)}
       @click=${() => this.save(format)}>${this.saving === format ? "Being made …" : name}</button><span class="row-sub" aria-hidden="true">${words}</span></li>`)}</ul>`);
     this.roving.update();
   }

@@ -1,4 +1,5 @@
 // Paired differences of two modes: the same plans, driven both ways.
+import { drivenAs } from "/static/js/runs.js";
 
 /** @import { RunTitle } from "/static/js/types.js" */
 
@@ -25,7 +26,7 @@ export function paired(differences) {
  * @returns {[RunTitle, RunTitle][]}
  */
 export function pairsOf(runs, first, second) {
-  const newest = (/** @type {string} */ mode, /** @type {string | null} */ plan) => runs.find((run) => run.mode === mode && run.plan_id === plan && run.score?.completed);
+  const newest = (/** @type {string} */ mode, /** @type {string | null} */ plan) => runs.find((run) => drivenAs(run) === mode && run.plan_id === plan && run.score?.completed);
   const plans = [...new Set(runs.map(({ plan_id: plan }) => plan))];
   return plans.flatMap((plan) => {
     const [a, b] = [newest(first, plan), newest(second, plan)];

@@ -1,11 +1,14 @@
 // Review: which runs there are, what the open one is worth, and how it went, replayed and plotted.
 import { assignment } from "/static/js/assignments.js";
+import { confirm } from "/static/js/dialogs.js";
 import { h } from "/static/js/dom.js";
 import { jobWatch } from "/static/js/jobs.js";
 import { LearningCurve } from "/static/js/learning-curve.js";
 import { takeRunRequest } from "/static/js/open-run.js";
 import { feltHolds, holdList, learningPart, modeLine, scoreFacts } from "/static/js/run-score.js";
-import { isUncertified, lastOf, markTeacher, modeWord, runName, runsOf, saveReport, scoreOf, seriesOfRun, shortOf } from "/static/js/runs.js";
+import { drivenAs, isUncertified, lastOf, markTeacher, modeWord, runName, runsOf, saveReport, scoreOf, seriesOfRun } from "/static/js/runs.js";
+import { viewOf, withScore } from "/static/js/run-views.js";
+import { remove } from "/static/js/rest.js";
 import { draw, html, live, nothing, titled } from "/static/js/template.js";
 import { RunComments } from "./comments.js";
 import { Dock } from "./dock.js";
@@ -15,7 +18,8 @@ import { Player } from "./player.js";
 import { RunsList } from "./runs-list.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
-/** @import { RunTitle, ScorePublic, SeriesPublic, ViewModel } from "/static/js/types.js" */
+/** @import { AnyScore, AnySeries } from "/static/js/runs.js" */
+/** @import { RunTitle, ViewModel } from "/static/js/types.js" */
 
 const MOST_HOLDS = 12;
 const MOST_BESIDE = 4;
@@ -48,9 +52,9 @@ export default class ReviewPanel {
     this.trouble = "";
     this.asked = 0; // counts requests: an answer to an earlier one is dropped
     this.shown = false;
-    /** @type {Map<string, ScorePublic>} */
+    /** @type {Map<string, AnyScore>} */
     this.scores = new Map();
-    /** @type {Map<string, SeriesPublic>} */
+    /** @type {Map<string, AnySeries>} */
     this.series = new Map();
     /** @type {Map<string, Promise<void>>} answers on their way, by what was asked */
     this.asking = new Map();
@@ -147,7 +151,7 @@ export default class ReviewPanel {
       return run && series ? { run, series } : null;
     });
     this.player.load(main, ghost);
-    this.runs = this.runs.map((run) => (run.score || !this.scores.has(run.id) ? run : { ...run, score: shortOf(/** @type {ScorePublic} */ (this.scores.get(run.id))) }));
+    this.runs = this.runs.map((run) => { const score = this.scores.get(run.id); return score ? withScore(run, score) : run; });
     if (at !== undefined) this.player.seek(at);
     this.render();
   }
@@ -194,15 +198,32 @@ export default class ReviewPanel {
     this.render();
   }
 
-  /** @param {string | null} id */
-  planName = (id) => (id === null ? "no plan" : this.connection.state.plans?.items.find((plan) => plan.id === id)?.name ?? "a plan that is gone");
+  /** Name of a plan, or of a route. @param {string | null} id */
+  planName = (id) => {
+    const { plans, routes } = this.connection.state, { of } = viewOf(this.runs[0]);
+    return id === null ? `no ${of}` : [...plans?.items ?? [], ...routes?.items ?? []].find((one) => one.id === id)?.name ?? `a ${of} that is gone`;
+  };
+
+  /** Delete the open run for good. @param {RunTitle} run */
+  async drop({ id }) {
+    if (!await confirm("Delete this run?", "Its recording, score and comments go for good.", "Delete")) return;
+    try {
+      await remove(`/api/v1/runs/${encodeURIComponent(id)}`);
+    } catch (error) {
+      this.tell(error);
+      this.render();
+      return;
+    }
+    if (this.openId === id) this.openId = this.beside.shift() ?? null;
+    await this.refresh();
+  }
 
   render() {
     const { runs, openId: open, beside, loading, trouble, planName } = this;
     this.list.show({ runs, open, beside, planName, loading, trouble });
     const run = runs.find(({ id }) => id === open), score = open ? this.scores.get(open) : undefined;
     this.about.hidden = !run;
-    this.exports.of(run?.id ?? null);
+    this.exports.of(run?.id ?? null, viewOf(run).formats);
     if (run) draw(this.about, this.result(run, score));
     this.laid.of(this.shown ? this.laidRuns(run) : []);
     const played = run && this.player.main?.run.id === run.id ? run : null;
@@ -218,31 +239,37 @@ export default class ReviewPanel {
   /** The open run and the one that is replayed beside it. @param {RunTitle | undefined} run */
   laidRuns(run) {
     const ghost = this.runs.find(({ id }) => id === this.beside[0]);
-    return [run, ghost].flatMap((one, index) => (run && one ? [{ id: one.id, ghost: index > 0, name: modeWord(one.mode) }] : []));
+    return [run, ghost].flatMap((one, index) => (run && one && viewOf(one).laid ? [{ id: one.id, ghost: index > 0, name: modeWord(drivenAs(one)) }] : []));
   }
 
   /**
    * @param {RunTitle} run
-   * @param {ScorePublic | undefined} score
+   * @param {AnyScore | undefined} score
    */
   result(run, score) {
-    const trouble = this.troubles.get(askedOf(scoreOf, run.id)), unplayed = this.troubles.get(askedOf(seriesOfRun, run.id));
+    const how = drivenAs(run), view = viewOf(run), trouble = this.troubles.get(askedOf(scoreOf, run.id)), unplayed = this.troubles.get(askedOf(seriesOfRun, run.id));
     if (!score) {
-      return titled(`Run of ${runName(run)}`, null, html`${modeLine(run.mode, isUncertified(run))}
-        <p class=${trouble ? "words caution" : "words"} role="status">${trouble ? `No score: ${trouble}` : "Scoring the run …"}</p>`);
+      return titled(`Run of ${runName(run)}`, null, html`${modeLine(how, isUncertified(run))}
+        <p class=${trouble ? "words caution" : "words"} role="status">${trouble ? `No score: ${trouble}` : "Scoring the run …"}</p>
+        ${trouble ? this.deleting(run) : nothing}`);
     }
     const holds = feltHolds(score), teacher = this.teacher();
-    const last = lastOf(this.runs.filter(({ plan_id: plan }) => plan === run.plan_id), run.mode ?? "");
+    const last = lastOf(this.runs.filter(({ plan_id: plan }) => plan === run.plan_id), how ?? "");
     this.curve.show(last, teacher);
     return html`${titled(`Run of ${runName(run)}`, null, html`
-      ${modeLine(run.mode, !score.certified)}
+      ${modeLine(how, !score.certified)}
       ${unplayed ? html`<p class="words caution" role="status">No replay: ${unplayed}</p>` : nothing}
-      ${scoreFacts(score)}
+      ${scoreFacts(view.facts(score))}
       ${holds.length ? html`<h3>${score.certified ? "Held" : "Contacts"}</h3>${holdList(holds, ({ t_s: at }) => this.goTo(at), MOST_HOLDS)}` : nothing}
-      ${learningPart(last, teacher, this.curve)}
-      ${run.plan_id === null ? nothing : html`<label class="check" title="Learning curves of this plan show its level"><input type="checkbox" id="teacher-run" .checked=${live(run.teacher)}
+      ${view.learning ? learningPart(last, teacher, this.curve) : nothing}
+      ${run.plan_id === null || !view.learning ? nothing : html`<label class="check" title="Learning curves of this plan show its level"><input type="checkbox" id="teacher-run" .checked=${live(run.teacher)}
         @change=${() => this.mark(run, !run.teacher)}>The teacher’s run</label>`}
-      <div class="buttons even"><button type="button" id="report-runs" title="A page to print, with the runs beside" @click=${() => saveReport([run.id, ...this.beside])}>Report</button>${this.exports.button}</div>`)}`;
+      <div class="buttons even">${view.report ? html`<button type="button" id="report-runs" title="A page to print, with the runs beside" @click=${() => saveReport([run.id, ...this.beside])}>Report</button>` : nothing}${this.exports.button}${this.deleting(run)}</div>`)}`;
+  }
+
+  /** @param {RunTitle} run */
+  deleting(run) {
+    return html`<button type="button" id="delete-run" title="Delete this run for good" @click=${() => this.drop(run)}>Delete</button>`;
   }
 
   /** @param {number} t */

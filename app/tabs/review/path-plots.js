@@ -4,7 +4,8 @@ import { fixed, signed } from "/static/js/format.js";
 import { plotInto, plotOptions, themed } from "/static/js/plot-line.js";
 import { sampleAt } from "./curves.js";
 import { aboutAll, aboutNone, closeUp, cloudOf, digitsOf, nearestPlace, shaped } from "./path-places.js";
-import { GHOST, RunPlots, keyOf, keyOfRun } from "./plots.js";
+import { RunPlots, keyOf } from "./plots.js";
+import { GHOST, keyOfRun } from "./run-lines.js";
 
 /** @import { Line } from "/static/js/plot-line.js" */
 /** @import { SeriesPublic } from "/static/js/types.js" */

@@ -1,12 +1,14 @@
 // Plays a run, and another one beside it: the time, and where both tools are then. Positions come from one download a run.
 import { replay } from "/static/js/replay.js";
-import { segmentsAt, sideAt } from "./curves.js";
+import { drivenOf } from "/static/js/run-views.js";
+import { robotAt, segmentsAt, sideAt } from "./curves.js";
 
 /** @import { ReplayedTool } from "/static/js/replay.js" */
 /** @import { Triple } from "/static/js/slices/grid.js" */
-/** @import { RunTitle, SeriesPublic } from "/static/js/types.js" */
+/** @import { AnySeries } from "/static/js/runs.js" */
+/** @import { LumenSeriesPublic, RunTitle, SeriesPublic } from "/static/js/types.js" */
 
-/** @typedef {{ run: RunTitle, series: SeriesPublic }} Loaded */
+/** @typedef {{ run: RunTitle, series: AnySeries }} Loaded */
 
 export const SPEEDS = [0.25, 0.5, 1, 2, 4];
 export const STEP_S = 1 / 30;
@@ -103,5 +105,14 @@ export class Player extends EventTarget {
  * @returns {ReplayedTool}
  */
 function toolOf({ run, series }, t, ghost) {
-  return { key: run.id, plan: run.plan_id, ghost, segments: segmentsAt(series, t), side: sideAt(series, t), radii: series.radii_mm, way: /** @type {Triple[]} */ (series.tip) };
+  return { key: run.id, plan: run.plan_id, ghost, ...PLACED[drivenOf(series)](series, t) };
 }
+
+/** Where what was driven is at a time, by what it is. @type {Record<string, (series: any, t: number) => Omit<ReplayedTool, "key" | "plan" | "ghost">>} */
+const PLACED = {
+  tool: (/** @type {SeriesPublic} */ series, t) => ({ segments: segmentsAt(series, t), side: sideAt(series, t), radii: series.radii_mm, way: /** @type {Triple[]} */ (series.tip) }),
+  lumen: (/** @type {LumenSeriesPublic} */ series, t) => {
+    const { segments, camera } = robotAt(series, t);
+    return { segments, side: camera.side, camera, radii: segments.map(() => series.radius_mm), way: series.chain_mm.map((joints) => joints[joints.length - 1]) };
+  },
+};

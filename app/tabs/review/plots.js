@@ -1,37 +1,31 @@
 // The plots of a run, with a mark at the time that is shown; a press or drag upon one goes there.
 import { h } from "/static/js/dom.js";
 import { fixed } from "/static/js/format.js";
-import { UNCERTIFIED, millimetres, modeWord } from "/static/js/runs.js";
+import { millimetres } from "/static/js/runs.js";
+import { drivenOf } from "/static/js/run-views.js";
 import { digitsOf, plotInto, plotOptions } from "/static/js/plot-line.js";
 import { THEMED } from "/static/js/theme.js";
+import { lumenContents } from "./lumen-plots.js";
+import { bothRuns } from "./run-lines.js";
 import { errorAlongPath, leastClearance, overTime, sampleAt, speeds, timeAlong } from "./curves.js";
 
 /** @import { Line } from "/static/js/plot-line.js" */
+/** @import { AnySeries } from "/static/js/runs.js" */
 /** @import { SeriesPublic } from "/static/js/types.js" */
 /** @import { Curves } from "./curves.js" */
 /** @import { Player } from "./player.js" */
 
 const LEAST_PX = 84;
-export const GHOST = { colour: "--ghost", width: 1.25, dash: [5, 4] };
 
 /**
- * @typedef {{ title: string, unit: string, lines: Line[], curves: Curves, digits: number, along?: boolean, now: (at: number) => string }} Content
- *   along: x is the path in mm, not time. now: words for the sample of a number
+ * @typedef {{ title: string, unit: string, lines: Line[], curves: Curves, digits: number, along?: boolean, signed?: boolean, now: (at: number) => string }} Content
+ *   along: x is the path in mm, not time. signed: values may be below 0. now: words for the sample of a number
  */
-
-/**
- * The key of a run's line: how it was driven, and that it had no certificate (HAZ-41).
- * @param {Pick<SeriesPublic, "mode" | "certified">} series
- * @param {string} [place]
- */
-export function keyOfRun({ mode, certified }, place = "") {
-  return { name: `${place}${modeWord(mode)}`, ...(certified ? {} : { caution: UNCERTIFIED }) };
-}
 
 /** @param {SeriesPublic} main @param {SeriesPublic | null} ghost @returns {Content[]} */
 export function contentsOf(main, ghost) {
   const runs = ghost ? [main, ghost] : [main];
-  const two = () => [{ ...keyOfRun(main), colour: "--accent" }, ...(ghost ? [{ ...keyOfRun(ghost, "Beside: "), ...GHOST }] : [])];
+  const two = () => bothRuns(main, ghost);
   const value = (/** @type {number | null | undefined} */ number, /** @type {number} */ digits, /** @type {string} */ unit) => (number === null || number === undefined ? "" : `${fixed(number, digits)} ${unit}`);
   const least = leastClearance(main), moving = speeds(main);
   const inspected = main.progress_mm.every((s) => s === null) || errorAlongPath([main]).x.length < 2;
@@ -45,7 +39,7 @@ export function contentsOf(main, ghost) {
     { title: "Clearance", unit: "mm", lines: two(), curves: overTime(runs, leastClearance), digits: 1, now: (at) => (least[at] === null ? `over ${fixed(reach, 1)} mm` : `${value(least[at], 2, "mm")} to ${main.structures[main.nearest[at]] ?? ""}`) },
     { title: "Force of the hand", unit: "N", lines: two(), curves: overTime(runs, (series) => series.force_n), digits: 1, now: (at) => value(main.force_n[at], 2, "N") },
     {
-      title: main.joints.length ? "Joint speeds" : "Speed of the tip", unit: main.joints.length ? "mm/s, °/s" : "mm/s", digits: 0,
+      title: main.joints.length ? "Joint speeds" : "Speed of the tip", unit: main.joints.length ? "mm/s, °/s" : "mm/s", digits: 0, signed: moving.length > 2,
       lines: moving.map(({ name }, index) => ({ name, colour: colours[index % colours.length], width: 1.2 })),
       curves: { x: main.t_s, lines: moving.map(({ values }) => values) },
       now: (at) => { const fastest = Math.max(...moving.map(({ values }) => Math.abs(values[at]))); return main.joints.length ? `up to ${fixed(fastest, 1)}` : value(fastest, 1, "mm/s"); },
@@ -60,13 +54,13 @@ export function keyOf({ name, colour, dash, caution }) {
   return h("span", { class: caution ? "uncertified" : "", title: [name, caution].filter(Boolean).join(", ") }, swatch, name);
 }
 
-/** @typedef {{ element: HTMLElement, plot: ReturnType<typeof plotInto> | null, mark: (series: SeriesPublic) => void, remove: () => void }} RunPlot */
+/** @typedef {{ element: HTMLElement, plot: ReturnType<typeof plotInto> | null, mark: (series: AnySeries) => void, remove: () => void }} RunPlot */
 
 /** Plots of the run that is played and of the one beside it, made anew with another one; marked while they are in sight. */
 export class RunPlots {
   /**
    * @param {Player} player
-   * @param {(main: SeriesPublic, ghost: SeriesPublic | null) => RunPlot[]} make
+   * @param {(main: any, ghost: any) => RunPlot[]} make of two series of what was driven alike
    * @param {{ class?: string, none?: string }} looks none: words where nothing is made
    */
   constructor(player, make, { class: name = "", none = "" } = {}) {
@@ -97,8 +91,11 @@ export class RunPlots {
 
 /** @param {Player} player */
 export function plotsOf(player) {
-  return new RunPlots(player, (main, ghost) => contentsOf(main, ghost).map((content) => new Plot(content, player)));
+  return new RunPlots(player, (main, ghost) => CONTENTS[drivenOf(main)](main, ghost).map((content) => new Plot(content, player)));
 }
+
+/** What is plotted, by what was driven. @type {Record<string, (main: any, ghost: any) => Content[]>} */
+const CONTENTS = { tool: contentsOf, lumen: lumenContents };
 
 class Plot {
   /**
@@ -125,8 +122,7 @@ class Plot {
     if (this.plot) {
       this.plot.setSize({ width, height });
     } else {
-      const signed = content.lines.length > 2;
-      const options = plotOptions({ width, height, lines: content.lines, unit: content.unit, digits: content.digits, least: signed ? null : 0, x: (value) => `${fixed(value, value % 1 ? 1 : 0)} ${content.along ? "mm" : "s"}` });
+      const options = plotOptions({ width, height, lines: content.lines, unit: content.unit, digits: content.digits, least: content.signed ? null : 0, x: (value) => `${fixed(value, value % 1 ? 1 : 0)} ${content.along ? "mm" : "s"}` });
       this.plot = plotInto(options, [content.curves.x, ...content.curves.lines], this.area);
       this.plot.over.append(this.line);
       this.plot.over.addEventListener("pointerdown", (event) => this.pressed(event));
@@ -141,15 +137,15 @@ class Plot {
     if (!plot || !player.main) return;
     const x = plot.posToVal(clientX - plot.over.getBoundingClientRect().left, "x");
     player.pause();
-    player.seek(this.content.along ? timeAlong(player.main.series, x) : x);
+    player.seek(this.content.along ? timeAlong(/** @type {SeriesPublic} */ (player.main.series), x) : x);
   }
 
-  /** @param {SeriesPublic} series */
+  /** @param {AnySeries} series */
   mark(series) {
     const at = sampleAt(series.t_s, this.player.t);
     const words = this.content.now(at);
     if (this.now.textContent !== words) this.now.textContent = words;
-    const x = this.content.along ? series.progress_mm[at] : this.player.t;
+    const x = this.content.along ? /** @type {SeriesPublic} */ (series).progress_mm[at] : this.player.t;
     this.line.hidden = x === null || !this.plot;
     if (this.plot && x !== null) this.line.style.translate = `${this.plot.valToPos(x, "x").toFixed(1)}px 0`;
   }

@@ -1,7 +1,7 @@
 // The last runs of a plan as a small plot: whether one gets better, and how far the teacher is.
 import { h } from "./dom.js";
 import { digitsOf, plotInto, plotOptions } from "./plot-line.js";
-import { millimetres } from "./runs.js";
+import { errorOf, millimetres } from "./runs.js";
 import { THEMED } from "./theme.js";
 
 /** @import { RunTitle } from "./types.js" */
@@ -29,14 +29,14 @@ export class LearningCurve {
    * @param {RunTitle | null} teacher
    */
   show(runs, teacher) {
-    const level = teacher?.score?.error_mm ?? null, key = `${runs.map(({ id }) => id).join(" ")} ${level}`;
+    const level = errorOf(teacher), key = `${runs.map(({ id }) => id).join(" ")} ${level}`;
     if (key === this.key) return;
     Object.assign(this, { key, runs, level });
     this.plot?.destroy();
     this.plot = null;
     this.fit();
-    const last = runs.at(-1)?.score, taught = level === null ? "" : `; teacher ${millimetres(level)}`;
-    this.element.setAttribute("aria-label", `Tip error of the last ${runs.length} completed runs; newest ${millimetres(last?.error_mm)}${taught}`);
+    const last = errorOf(runs.at(-1)), taught = level === null ? "" : `; teacher ${millimetres(level)}`;
+    this.element.setAttribute("aria-label", `Tip error of the last ${runs.length} completed runs; newest ${millimetres(last)}${taught}`);
   }
 
   fit() {
@@ -46,10 +46,10 @@ export class LearningCurve {
       this.plot.setSize({ width, height: HEIGHT });
       return;
     }
-    const most = Math.max(level ?? 0, ...runs.map(({ score }) => score?.error_mm ?? 0));
+    const most = Math.max(level ?? 0, ...runs.map((run) => errorOf(run) ?? 0));
     const lines = [{ name: "Tip error", colour: "--accent", points: true }, ...(level === null ? [] : [TEACHER])];
     const options = plotOptions({ width, height: HEIGHT, lines, x: (value) => (Number.isInteger(value) ? String(value) : ""), unit: "mm", digits: digitsOf(most) });
-    const errors = runs.map(({ score }) => score?.error_mm ?? null);
+    const errors = runs.map(errorOf);
     this.plot = plotInto({ ...options, cursor: { show: false } }, [[...runs.keys()].map((index) => index + 1), errors, ...(level === null ? [] : [runs.map(() => level)])], this.element);
   }
 }

@@ -1,11 +1,12 @@
 // What is replayed of recorded runs at the present moment: shown by the scene and the slices, with no work of the planner.
 
+/** @import { ScopePose } from "./endoscope/lens.js" */
 /** @import { Triple } from "./slices/grid.js" */
 
 /**
  * A tool of a run at one moment, and the way of its tip over the whole run; all in LPS mm.
- * @typedef {{ key: string, plan: string | null, ghost: boolean, segments: [Triple, Triple][], side: Triple, radii: number[], way: Triple[] }} ReplayedTool
- *   key: of the run. plan: that was driven. segments: axes of the tool's parts from the tip on. side: across the first part,
+ * @typedef {{ key: string, plan: string | null, ghost: boolean, segments: [Triple, Triple][], side: Triple, radii: number[], way: Triple[], camera?: ScopePose }} ReplayedTool
+ *   key: of the run. plan: that was driven. camera: where one of its own is; else its first part has the lens. segments: axes of the tool's parts from the tip on. side: across the first part,
  *   to which its bend or lens points. ghost: another run beside the one that is looked at
  */
 

@@ -1,6 +1,6 @@
 // The score of a run as rows of a panel, and its holds, each of which opens its moment.
 import { fixed, sentence } from "./format.js";
-import { UNCERTIFIED, duration, millimetres, modeWord } from "./runs.js";
+import { UNCERTIFIED, duration, errorOf, millimetres, modeWord } from "./runs.js";
 import { html, more, nothing } from "./template.js";
 
 /** @import { HoldPublic, RunTitle, ScorePublic } from "./types.js" */
@@ -39,9 +39,9 @@ export function factsOf(score) {
   return facts;
 }
 
-/** @param {ScorePublic} score */
-export function scoreFacts(score) {
-  return html`<dl class="facts run-facts">${factsOf(score).map(({ name, value, worse }) => html`<dt>${name}${name === "Smoothness" ? more("Spectral arc length; 0 is smoothest. Compare equal tasks only.") : nothing}</dt><dd class=${worse ? "worse" : ""}>${value}</dd>`)}</dl>`;
+/** @param {Fact[]} facts */
+export function scoreFacts(facts) {
+  return html`<dl class="facts run-facts">${facts.map(({ name, value, worse }) => html`<dt>${name}${name === "Smoothness" ? more("Spectral arc length; 0 is smoothest. Compare equal tasks only.") : nothing}</dt><dd class=${worse ? "worse" : ""}>${value}</dd>`)}</dl>`;
 }
 
 /**
@@ -52,14 +52,14 @@ export function scoreFacts(score) {
  */
 export function learningPart(last, teacher, curve) {
   if (last.length < 2) return nothing;
-  const level = teacher?.score?.error_mm ?? null;
+  const level = errorOf(teacher);
   return html`<div class="learning-part"><h3>Tip error of the last ${last.length} completed runs</h3>${curve.element}
     ${level === null ? nothing : html`<p class="plot-keys teacher-key"><span><i class="dashed"></i>teacher <span class="number">${millimetres(level)}</span></span></p>`}</div>`;
 }
 
 /**
  * The holds that were felt, the longest first.
- * @param {ScorePublic} score
+ * @param {{ holds: HoldPublic[] }} score
  */
 export function feltHolds({ holds }) {
   return holds.filter(({ kind, duration_s: length }) => kind === "contact" || length >= SHORTEST_S).sort((a, b) => b.duration_s - a.duration_s);

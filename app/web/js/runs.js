@@ -2,10 +2,14 @@
 import { fixed, whenShort } from "./format.js";
 import { change, download, read } from "./rest.js";
 
-/** @import { RunTitle, ScorePublic, SeriesPublic } from "./types.js" */
+/** @import { LumenScorePublic, LumenSeriesPublic, RunTitle, ScorePublic, SeriesPublic } from "./types.js" */
+
+/** @typedef {ScorePublic | LumenScorePublic} AnyScore */
+/** @typedef {SeriesPublic | LumenSeriesPublic} AnySeries */
+/** What a list knows of a score. @typedef {NonNullable<RunTitle["score"]>} AnyShort */
 
 /** @type {Record<string, string | undefined>} */
-const MODES = { freehand: "Freehand", "hands-on": "Hands-on", teleoperated: "Teleoperated", mixed: "Mixed modes" };
+const MODES = { freehand: "Freehand", "hands-on": "Hands-on", teleoperated: "Teleoperated", mixed: "Mixed modes", manual: "Manual", guided: "Guided", certified: "Certified" };
 const MOST = 10; // of a learning curve
 export const UNCERTIFIED = "without the certificate";
 
@@ -17,15 +21,23 @@ export const UNCERTIFIED = "without the certificate";
 export async function runsOf(caseId) {
   /** @type {RunTitle[]} */
   const runs = await read(`/api/v1/cases/${encodeURIComponent(caseId)}/runs`);
-  return runs.filter(({ mode }) => mode !== null);
+  return runs.filter((run) => drivenAs(run) !== null);
 }
 
-/** @param {string} id @returns {Promise<ScorePublic>} */
+/**
+ * How a run was driven: its control mode, or the arm of a snake's hand; null where nobody knows.
+ * @param {{ mode?: string | null, arm?: string | null }} run
+ */
+export function drivenAs({ mode, arm }) {
+  return mode ?? arm ?? null;
+}
+
+/** @param {string} id @returns {Promise<AnyScore>} */
 export function scoreOf(id) {
   return read(`/api/v1/runs/${encodeURIComponent(id)}/score`);
 }
 
-/** @param {string} id @returns {Promise<SeriesPublic>} */
+/** @param {string} id @returns {Promise<AnySeries>} */
 export function seriesOfRun(id) {
   return read(`/api/v1/runs/${encodeURIComponent(id)}/series`);
 }
@@ -48,7 +60,7 @@ export function markTeacher(id, on) {
  */
 export async function teacherOf(runs, plan) {
   const found = runs.find(({ plan_id: id, teacher }) => teacher && id === plan);
-  return found ? { ...found, score: found.score ?? shortOf(await scoreOf(found.id)) } : null;
+  return found ? { ...found, score: found.score ?? shortOf(/** @type {ScorePublic} */ (await scoreOf(found.id))) } : null;
 }
 
 /**
@@ -110,25 +122,29 @@ export function runName({ recorded }) {
 }
 
 /**
+ * Mean tip error of a run of a rigid tool in mm; null where it has none.
+ * @param {RunTitle | null | undefined} run
+ */
+export function errorOf(run) {
+  const score = run?.score;
+  return score && "error_mm" in score ? score.error_mm : null;
+}
+
+/**
  * The completed runs of a mode, oldest first, at most the last ten.
  * @param {RunTitle[]} runs newest first
  * @param {string} mode
  */
 export function lastOf(runs, mode) {
-  return runs.filter((run) => run.mode === mode && run.score?.completed).slice(0, MOST).reverse();
+  return runs.filter((run) => drivenAs(run) === mode && run.score?.completed).slice(0, MOST).reverse();
 }
 
 /**
- * One line for the newest completed run of every other mode.
+ * The newest completed run of every other mode.
  * @param {RunTitle[]} runs newest first
  * @param {string} mode
  */
 export function otherModes(runs, mode) {
-  const modes = [...new Set(runs.map((run) => run.mode ?? ""))].filter((one) => one && one !== mode);
-  return modes.flatMap((one) => lastOf(runs, one).slice(-1)).map((run) => ({
-    id: run.id,
-    name: modeWord(run.mode),
-    uncertified: isUncertified(run),
-    words: `${fixed(run.score?.time_s, 1)} s, ${millimetres(run.score?.error_mm)}${run.score?.contacts ? `, ${run.score.contacts} contacts` : ""}`,
-  }));
+  const modes = [...new Set(runs.map((run) => drivenAs(run) ?? ""))].filter((one) => one && one !== mode);
+  return modes.flatMap((one) => lastOf(runs, one).slice(-1));
 }

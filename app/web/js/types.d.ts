@@ -1256,8 +1256,9 @@ export interface LinkValuesView {
 /**
  * What the page's endoscope shows: where its surface and its poses come from; '' for none yet.
  *
- * key: another one for another surface. look: of the tissue. hand: a drag in the picture moves the camera, and the
- * picture is turned as the camera is. pose: what is shown before there is a robot. words: why there is no picture.
+ * key: another one for another surface. look: of the tissue. hand: a drag in the picture moves the camera. own: the
+ * picture is turned as the robot's own camera is, which has no lens that could be tilted. pose: what is shown before
+ * there is a robot. words: why there is no picture.
  */
 export interface ScopeSection {
   surface: string;
@@ -1265,6 +1266,7 @@ export interface ScopeSection {
   poses: string;
   look: "nose" | "colon";
   hand: boolean;
+  own: boolean;
   pose: ScopePoseView | null;
   words: string;
 }
@@ -1875,7 +1877,8 @@ export interface TracedPublic {
  * A run; ticks: number of recorded steps, lost: number of steps that were not recorded.
  *
  * mode: 'freehand', 'hands-on' or 'teleoperated', 'mixed' where it was changed on the way, null for a snake.
- * certified: every motion was certified, by the run's world and its rows.
+ * arm: 'manual', 'guided' or 'certified' of a snake, null for a rigid tool.
+ * certified: every motion was certified, by the run's world, its rows and the arm.
  * whole is false, and ticks and lost are null, for an interrupted run.
  * pierced: what the tool pierced while it was driven; null where that was not measured.
  * score: null where nobody has asked for it yet, see `/runs/{run_id}/score`, and where there is none.
@@ -1888,6 +1891,7 @@ export interface RunTitle {
   origin: "page" | "command line" | "replay" | "study";
   world: string;
   mode: string | null;
+  arm: string | null;
   certified: boolean;
   recorded: string;
   size_bytes: number;
@@ -1895,7 +1899,7 @@ export interface RunTitle {
   ticks: number | null;
   lost: number | null;
   pierced: PiercedPublic | null;
-  score: ShortScore | null;
+  score: ShortScore | ShortLumenScore | null;
   files: Record<string, RunFilePublic>;
   teacher: boolean;
   comments: CommentPublic[];
@@ -1931,6 +1935,22 @@ export interface ShortScore {
   error_max_mm: number | null;
   clearance_mm: number;
   contacts: number;
+  held_s: number;
+}
+
+/**
+ * Figures of the score of a run in a lumen; lengths in mm.
+ *
+ * completed: the tip came to the end of its way. depth_mm: its deepest place. deviation_mm: the largest of the link
+ * nearest to its bound, null in a run whose rows do not have it. beyond_bound_mm: 0 where no link was beyond it.
+ */
+export interface ShortLumenScore {
+  certified: boolean;
+  completed: boolean;
+  time_s: number;
+  depth_mm: number;
+  deviation_mm: number | null;
+  beyond_bound_mm: number;
   held_s: number;
 }
 
@@ -2048,6 +2068,7 @@ export interface HoldPublic {
  */
 export interface SeriesPublic {
   run: string;
+  world: string;
   mode: string | null;
   certified: boolean;
   structures: string[];
@@ -2076,6 +2097,104 @@ export interface SeriesPublic {
 export interface JointPublic {
   name: string;
   unit: string;
+}
+
+/**
+ * The score of a run in a lumen, see docs/metrics.md; lengths in mm, times in s, forces in N.
+ *
+ * completed: the tip came to the end of its way. depth_mm: its deepest place; length_mm, reach_mm: of the pathway, and
+ * how far along it this robot can come; share: of length_mm. insertion_s: until the deepest place; withdrawal_s: from
+ * then until the tip was out, null where it was not. deviation: of the last links, nearest_mm: of the link nearest to
+ * its bound; both null in a run whose rows do not have them. held_by: the longest first; holds: in the order of time.
+ * task: what the run's task adds, null without one.
+ */
+export interface LumenScorePublic {
+  world: string;
+  arm: string | null;
+  certified: boolean;
+  whole: boolean;
+  lost: number;
+  completed: boolean;
+  samples: number;
+  time_s: number;
+  depth_mm: number;
+  length_mm: number;
+  reach_mm: number;
+  share: number;
+  insertion_s: number;
+  withdrawal_s: number | null;
+  path_length_mm: number;
+  deviation: DeviationPublic | null;
+  nearest_mm: MeanMaxPublic | null;
+  beyond_bound_mm: number;
+  beyond_bound_s: number;
+  force_n: MeanMaxPublic;
+  held_s: number;
+  held_by: HeldPublic[];
+  task: TaskScorePublic | null;
+  holds: HoldPublic[];
+}
+
+/** Times in which the last links were outside the pathway; length_mm: the tip's way in them. */
+export interface DeviationPublic {
+  episodes: number;
+  time_s: number;
+  length_mm: number;
+  depth_mm: MeanMaxPublic | null;
+}
+
+/** What a run of a task is worth. */
+export interface TaskScorePublic {
+  title: string;
+  completed: boolean;
+  rows: ScoreRowPublic[];
+}
+
+/** A figure of a task as it is shown; value null where it is not defined, worse where it is to stand out. */
+export interface ScoreRowPublic {
+  name: string;
+  value: number | null;
+  unit: string;
+  digits: number;
+  worse: boolean;
+}
+
+/**
+ * The series of a run in a lumen at 20 Hz at most, n samples of a robot of L links; LPS mm.
+ *
+ * t_s (n): driven time. chain_mm (n, L + 1): the joints from the base on, last the tip; radius_mm: of a link. eye,
+ * shaft, side (n): the camera's place, the way it looks, and up in its picture. depth_mm (n): of the tip along the
+ * pathway; speed_mm_per_s (n): of the insertion. deviation_mm, bound_mm, link (n): of the link nearest to its bound
+ * in the interval, null and 0 while none is inside; beyond_mm (n): beyond it, negative within it. distal_mm (n):
+ * largest depth of the last links outside the pathway. bend (n): r. force_n (n): on the hand, guidance_n: the part of
+ * it that leads away from the wall. held (n): 1 where a command was held; limit, limit_link (n): what held it, a
+ * number of limits, and the link whose bound that is, 0 for none.
+ */
+export interface LumenSeriesPublic {
+  run: string;
+  world: string;
+  arm: string | null;
+  certified: boolean;
+  limits: string[];
+  radius_mm: number;
+  t_s: number[];
+  chain_mm: [number, number, number][][];
+  eye: [number, number, number][];
+  shaft: [number, number, number][];
+  side: [number, number, number][];
+  depth_mm: number[];
+  speed_mm_per_s: number[];
+  deviation_mm: (number | null)[];
+  bound_mm: (number | null)[];
+  link: number[];
+  beyond_mm: (number | null)[];
+  distal_mm: number[];
+  bend: number[];
+  force_n: number[];
+  guidance_n: (number | null)[];
+  held: number[];
+  limit: number[];
+  limit_link: number[];
 }
 
 /** What a file says to set up. case_id, plan_id: of the plan to drive; preset: null for any. */

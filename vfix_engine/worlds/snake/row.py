@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
+import math
+from typing import get_args
+
 import numpy as np
 
 from ...arrays import Array
 from ...robots.snake import SnakeModel
 from ...robots.snake_kernel import snake_frames
 from ...runtime.system import Column
+from .settings import ARMS
+from .stepping.outcome import LimitedBy
 from .stepping.state import SnakeState
 
 OUTCOMES = {"rest": "idle", "moved": "moved", "shrunk": "shrunk", "held": "held"}
+LIMITS: tuple[LimitedBy | None, ...] = (None, *get_args(LimitedBy))  # by their codes in a row
 _CODES = {name: float(code) for code, name in enumerate(OUTCOMES)}
+_LIMIT_CODES = {name: float(code) for code, name in enumerate(LIMITS)}
+_ARM_CODES = {name: float(code) for code, name in enumerate(ARMS)}
+# What has been added since the first runs, at the end; a run of before is replayed without.
+_ADDED = (
+    ("deviation", "mm"), ("bound", "mm"), ("link", ""), ("guidance_x", "N"), ("guidance_y", "N"), ("limit", ""),
+    ("limit_link", ""), ("arm", ""),
+)  # fmt: skip
 
 
 class SnakeRow:
@@ -19,6 +32,10 @@ class SnakeRow:
 
     outside_linkN: depth of one of the last links outside the pathway, which is not the wall. Its depth
     behind a surface's triangles takes too long for a tick; ``behind_wall`` of a finished drive has it.
+    link: number from the base, from 1, of the link that has used most of its bound, with its deviation and bound; 0, 0
+    and infinity while none is inside. guidance: the part (33)-(35) of the force, the rest is resistance.
+    limit: code in ``LIMITS`` of what scaled or held the step, limit_link: the link whose bound that is, 0 for none.
+    arm: code in ``ARMS``.
 
     Args:
         manipulated: number of the last links in a row.
@@ -40,8 +57,28 @@ class SnakeRow:
         out[6:8] = forces.total
         out[8] = _CODES[state.result.name]
         out[9:12], out[12:24] = self._frames[-1, :, 3], base[:3].ravel()
-        joints = 24 + len(q)
-        out[24:joints], out[joints:] = q, pose.deviation.depth[self._first :]
+        joints, added = 24 + len(q), len(out) - len(_ADDED)
+        out[24:joints], out[joints:added] = q, pose.deviation.depth[self._first :]
+        out[added : added + 3] = _nearest(state)
+        out[added + 3 : added + 5], limit = forces.guidance, state.limit
+        out[added + 5], out[added + 6] = _LIMIT_CODES[limit], _limit_link(state) if limit == "bound" else 0.0
+        out[added + 7] = _ARM_CODES[state.settings.arm]
+
+
+def _nearest(state: SnakeState) -> tuple[float, float, float]:
+    """Deviation, bound and number of the link that has used most of its bound."""
+    pose = state.pose
+    share = np.where(pose.measured, pose.deviation.depth / pose.bound, -1.0)
+    link = int(share.argmax())
+    if share[link] < 0.0:
+        return 0.0, math.inf, 0.0
+    return float(pose.deviation.depth[link]), float(pose.bound[link]), float(link + 1)
+
+
+def _limit_link(state: SnakeState) -> float:
+    """Number of the link whose bound the certificate refused last."""
+    refused = state.refused
+    return 0.0 if refused is None else float(refused.link + 1 + len(state.bound) - refused.snake.links)
 
 
 def _layout(dof: int, told: range) -> tuple[Column, ...]:
@@ -51,4 +88,4 @@ def _layout(dof: int, told: range) -> tuple[Column, ...]:
     first += [(f"base_{row}{column}", "mm" if column == 3 else "") for row in range(3) for column in range(4)]
     joints = [(f"q{joint}", "rad") for joint in range(dof)]
     last = [(f"outside_link{link + 1}", "mm") for link in told]  # at the end: older runs have none of them
-    return tuple(Column(*one) for one in [*first, *joints, *last])
+    return tuple(Column(*one) for one in [*first, *joints, *last, *_ADDED])

@@ -139,6 +139,15 @@ class SnakeSystemSpec:
         start = start_of(self.snake, pathway, settings, curve, slack, self.tip_s, adjusted=self.settings)
         return SnakeSystem(start, Planner(self.snake, pathway, curve, slack, settings))
 
+    def way_mm(self) -> tuple[float, float]:
+        """Length of the curve that the robot follows at rest, and how far along it the tip can come, mm.
+
+        Raises:
+            PathwayError: the lumen gives no pathway.
+        """
+        _, curve, _ = self._parts()
+        return curve.length, min(curve.length, self.snake.reach_mm())
+
     def worker(self) -> Worker:
         """The planner, in the worker process; it has made one plan of each kind, so its kernels are loaded."""
         system = self.build()

@@ -19,7 +19,7 @@ export function scopeOf({ scope, case: head, plan, regions }, replayed) {
   else if (replayed !== undefined && replayed !== plan.id) words = OF_ANOTHER;
   else if (!plan.points.length) words = "No path yet. Add one in Plan.";
   return {
-    surface: `/api/v1/plans/${id}/endoscope`, key: JSON.stringify([plan?.id, places, removed]), look: "nose", hand: false, pose: null, words,
+    surface: `/api/v1/plans/${id}/endoscope`, key: JSON.stringify([plan?.id, places, removed]), look: "nose", hand: false, own: false, pose: null, words,
     poses: plan ? `/api/v1/steps/rehearse/poses?plan=${id}` : "",
   };
 }

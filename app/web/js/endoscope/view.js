@@ -36,7 +36,7 @@ const MOVING_PX = 320; // of a picture that moves, without a graphics card
 const MOST_PX = [420, 1600]; // of any, without and with one
 const MOVED = 1e-5; // mm, or a unit vector
 const DROPPED = "The graphics card dropped the picture.";
-/** A camera that the hand turns has no lens to turn. @type {LensSettings} */
+/** A camera that the robot turns has no lens to turn. @type {LensSettings} */
 const AS_IT_IS = { angle: 0, turn: 0, level: false };
 const TOWARDS_HEAD = /** @type {Triple} */ ([0, 0, 1]);
 
@@ -72,6 +72,7 @@ export class EndoscopeView {
     /** @type {string | undefined} key of the run that is replayed */
     this.run = undefined;
     this.movedAt = -Infinity;
+    this.own = false; // the picture is of a camera that has no lens to turn
     this.wished = false; // a frame is asked for
     this.lost = false; // what the graphics card held
     this.broken = ""; // why there is no picture, until the graphics card is given anew
@@ -104,7 +105,8 @@ export class EndoscopeView {
     const scope = scopeOf(state, replay.tools[0]?.plan);
     this.channel.follow(live && scope.poses ? scope.poses : null);
     this.hand.follow(state, scope.hand && this.visible);
-    this.tools.element.hidden = scope.hand;
+    this.own = scope.own;
+    this.tools.element.hidden = scope.own;
     this.arcs.element.hidden = !scope.hand;
     if (!live) this.driven = null;
     this.cues.update(state, this.visible && this.connection.connected && !document.hidden);
@@ -210,8 +212,8 @@ export class EndoscopeView {
    * @returns {ScopePose | null}
    */
   plannedPose(state) {
-    const { pose, hand } = scopeOf(state, replay.tools[0]?.plan);
-    if (hand) return pose;
+    const { pose, own } = scopeOf(state, replay.tools[0]?.plan);
+    if (own) return pose;
     const { corridor, curve } = state;
     const s = corridor?.shown_mm ?? 0;
     const [first, second] = curve?.points ?? [];
@@ -267,7 +269,7 @@ export class EndoscopeView {
 
   /** @returns {Lens | null} */
   get lens() {
-    return this.pose && lensOf(this.pose, this.hand.on ? AS_IT_IS : this.tools.settings, this.renderer?.look.far);
+    return this.pose && lensOf(this.pose, this.own ? AS_IT_IS : this.tools.settings, this.renderer?.look.far);
   }
 
   schedule() {
@@ -302,7 +304,7 @@ export class EndoscopeView {
     if (!renderer?.tissue || !lens) return;
     const { angle } = this.tools.settings;
     try {
-      saveBlob(await renderer.picture(lens, this.hand.on ? "Drawn from a surface. Not for clinical use." : `Drawn from a CT, ${angle}° lens. Not for clinical use.`), `endoscope-${angle}.png`);
+      saveBlob(await renderer.picture(lens, this.own ? "Drawn from a surface. Not for clinical use." : `Drawn from a CT, ${angle}° lens. Not for clinical use.`), `endoscope-${angle}.png`);
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });
     }
@@ -312,7 +314,7 @@ export class EndoscopeView {
 /** @returns {ScopePose | null} of the run that is replayed */
 function replayedPose() {
   const [tool] = replay.tools, [part] = tool?.segments ?? [];
-  return part ? { tip: part[1], shaft: minus(part[1], part[0]), side: tool.side } : null;
+  return tool?.camera ? tool.camera : part ? { tip: part[1], shaft: minus(part[1], part[0]), side: tool.side } : null;
 }
 
 /**

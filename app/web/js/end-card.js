@@ -1,30 +1,35 @@
 // The end of a run: what it is worth, why it was held, and the runs before it.
-import { assignment, criteriaList } from "/static/js/assignments.js";
-import { note } from "/static/js/dialogs.js";
-import { h } from "/static/js/dom.js";
-import { jobWatch } from "/static/js/jobs.js";
-import { LearningCurve } from "/static/js/learning-curve.js";
-import { openRun } from "/static/js/open-run.js";
-import { feltHolds, holdList, learningPart, modeLine, scoreFacts } from "/static/js/run-score.js";
-import { jobNow } from "/static/js/rest.js";
-import { UNCERTIFIED, isUncertified, lastOf, otherModes, runsOf, saveReport, scoreOf, teacherOf } from "/static/js/runs.js";
-import { draw, html, nothing, titled } from "/static/js/template.js";
+import { assignment, criteriaList } from "./assignments.js";
+import { note } from "./dialogs.js";
+import { h } from "./dom.js";
+import { jobWatch } from "./jobs.js";
+import { LearningCurve } from "./learning-curve.js";
+import { openRun } from "./open-run.js";
+import { feltHolds, holdList, learningPart, modeLine, scoreFacts } from "./run-score.js";
+import { jobNow } from "./rest.js";
+import { viewOf } from "./run-views.js";
+import { UNCERTIFIED, drivenAs, isUncertified, lastOf, modeWord, otherModes, runsOf, saveReport, scoreOf, teacherOf } from "./runs.js";
+import { draw, html, nothing, titled } from "./template.js";
 
-/** @import { Connection } from "/static/js/connection.js" */
-/** @import { RehearsalSection, RunTitle, ScorePublic, ViewModel } from "/static/js/types.js" */
+/** @import { Connection } from "./connection.js" */
+/** @import { AnyScore } from "./runs.js" */
+/** @import { RunTitle, ViewModel } from "./types.js" */
 
 const LOOK_MS = 1500;
 
-/** @typedef {{ run: RunTitle, score: ScorePublic, runs: RunTitle[], teacher: RunTitle | null }} Ended runs: of the same plan, newest first */
+/** The part of the drive that this card reads, for any world. @typedef {{ state?: string, mine?: boolean, path_done?: boolean }} Now */
+/** @typedef {{ run: RunTitle, score: AnyScore, runs: RunTitle[], teacher: RunTitle | null }} Ended runs: of the same plan, newest first */
 
 export class EndCard {
   /**
    * @param {Connection} connection
-   * @param {() => void} start the next run
+   * @param {() => void} [start] the next run
+   * @param {(state: ViewModel) => { id: string } | null | undefined} [driven] the plan or route that is driven
    */
-  constructor(connection, start = () => connection.send("rehearsal.start")) {
+  constructor(connection, start = () => connection.send("rehearsal.start"), driven = ({ plan }) => plan) {
     this.connection = connection;
     this.start = start;
+    this.of = driven;
     this.element = h("div", { class: "group", id: "end-card", hidden: true });
     this.curve = new LearningCurve();
     /** @type {string | null} the plan that it is about */
@@ -55,8 +60,8 @@ export class EndCard {
 
   /** @param {ViewModel} state */
   update(state) {
-    const { rehearsal, plan } = state;
-    if ((plan?.id ?? null) !== this.plan) Object.assign(this, { plan: plan?.id ?? null, ended: null, moved: false, driven: false, ending: false, fetching: 0, trouble: "", storing: [] });
+    const { rehearsal } = state, plan = this.of(state)?.id ?? null;
+    if (plan !== this.plan) Object.assign(this, { plan, ended: null, moved: false, driven: false, ending: false, fetching: 0, trouble: "", storing: [] });
     if (rehearsal?.state === "running") {
       if (!this.driven) this.begin();
       Object.assign(this, { moved: true, driven: true, ended: null, trouble: "" });
@@ -121,7 +126,7 @@ export class EndCard {
     return { trouble: told?.error?.message ?? "this run was not recorded." };
   }
 
-  /** @param {Partial<RehearsalSection>} now */
+  /** @param {Now} now */
   render(now) {
     const { ended, driving } = this;
     const finish = driving && now.mine;
@@ -133,7 +138,7 @@ export class EndCard {
       ${finish ? html`<p class="words">${now.path_done ? "At the end of the path." : "Ends where the tool is."}</p>
         <button type="button" class=${now.path_done ? "primary wide" : "wide"} id="finish-run" data-command="rehearsal.end" title="End this run and score it" @click=${this.finish}>Finish run</button>` : nothing}`)}`);
     if (!ended) return;
-    this.curve.show(lastOf(ended.runs, ended.run.mode ?? ""), ended.teacher);
+    this.curve.show(lastOf(ended.runs, drivenAs(ended.run) ?? ""), ended.teacher);
     if (this.fresh) this.element.scrollIntoView({ block: "start" });
     this.fresh = false;
   }
@@ -167,19 +172,19 @@ export class EndCard {
 
   /** @param {Ended} ended */
   result({ run, score, runs, teacher }) {
-    const last = lastOf(runs, run.mode ?? ""), others = otherModes(runs, run.mode ?? "");
-    return html`${titled(score.completed ? "Path completed" : "Run ended", null, html`
-      ${modeLine(run.mode, isUncertified(run))}
+    const how = drivenAs(run), view = viewOf(run), last = lastOf(runs, how ?? ""), others = otherModes(runs, how ?? "");
+    return html`${titled(score.completed ? view.done : "Run ended", null, html`
+      ${modeLine(how, isUncertified(run))}
       ${this.criteria(run.id)}
-      ${scoreFacts(score)}
+      ${scoreFacts(view.facts(score))}
       ${holdList(feltHolds(score), ({ t_s: at }) => openRun(this.connection, { run: run.id, at }))}
-      ${learningPart(last, teacher, this.curve)}
-      ${others.length ? html`<ul class="other-modes" aria-label="Other modes">${others.map(({ id, name, words, uncertified }) => html`<li>
-        <button type="button" class="plain" title="Compare with this run" @click=${() => openRun(this.connection, { run: run.id, compare: [id] })}><span>${name}${uncertified ? html` <span class="pill">${UNCERTIFIED}</span>` : nothing}</span><span class="number">${words}</span></button></li>`)}</ul>` : nothing}
+      ${view.learning ? learningPart(last, teacher, this.curve) : nothing}
+      ${others.length ? html`<ul class="other-modes" aria-label="Other ${view.how}s">${others.map((other) => html`<li>
+        <button type="button" class="plain" title="Compare with this run" @click=${() => openRun(this.connection, { run: run.id, compare: [other.id] })}><span>${modeWord(drivenAs(other))}${isUncertified(other) ? html` <span class="pill">${UNCERTIFIED}</span>` : nothing}</span><span class="number">${view.brief(other.score)}</span></button></li>`)}</ul>` : nothing}
       <div class="buttons even"><button type="button" class="primary" id="run-again" data-command="rehearsal.start" @click=${() => this.start()}>Again</button
         ><button type="button" id="run-replay" data-command="step.set" @click=${() => openRun(this.connection, { run: run.id })}>Replay</button></div>
-      <div class="buttons even"><button type="button" id="run-compare" ?disabled=${runs.length < 2} title=${runs.length < 2 ? "This is the first run of the plan" : "Beside the run before"}
+      <div class="buttons even"><button type="button" id="run-compare" ?disabled=${runs.length < 2} title=${runs.length < 2 ? `This is the first run of the ${view.of}` : "Beside the run before"}
         @click=${() => openRun(this.connection, { run: run.id, compare: [runs[1].id] })}>Compare</button
-        ><button type="button" id="run-report" title="A page to print" @click=${() => saveReport([run.id])}>Report</button></div>`)}`;
+        >${view.report ? html`<button type="button" id="run-report" title="A page to print" @click=${() => saveReport([run.id])}>Report</button>` : nothing}</div>`)}`;
   }
 }

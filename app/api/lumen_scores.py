@@ -1,0 +1,108 @@
+"""What a run of a snake robot in a lumen is worth, and its series."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel
+
+from app.api.score_parts import HeldPublic, HoldPublic, MeanMaxPublic, Numbers, Triple
+
+
+class DeviationPublic(BaseModel):
+    """Times in which the last links were outside the pathway; length_mm: the tip's way in them."""
+
+    episodes: int
+    time_s: float
+    length_mm: float
+    depth_mm: MeanMaxPublic | None
+
+
+class ScoreRowPublic(BaseModel):
+    """A figure of a task as it is shown; value null where it is not defined, worse where it is to stand out."""
+
+    name: str
+    value: float | None
+    unit: str
+    digits: int
+    worse: bool
+
+
+class TaskScorePublic(BaseModel):
+    """What a run of a task is worth."""
+
+    title: str
+    completed: bool
+    rows: list[ScoreRowPublic]
+
+
+class LumenScorePublic(BaseModel):
+    """The score of a run in a lumen, see docs/metrics.md; lengths in mm, times in s, forces in N.
+
+    completed: the tip came to the end of its way. depth_mm: its deepest place; length_mm, reach_mm: of the pathway, and
+    how far along it this robot can come; share: of length_mm. insertion_s: until the deepest place; withdrawal_s: from
+    then until the tip was out, null where it was not. deviation: of the last links, nearest_mm: of the link nearest to
+    its bound; both null in a run whose rows do not have them. held_by: the longest first; holds: in the order of time.
+    task: what the run's task adds, null without one.
+    """
+
+    world: str
+    arm: str | None
+    certified: bool
+    whole: bool
+    lost: int
+    completed: bool
+    samples: int
+    time_s: float
+    depth_mm: float
+    length_mm: float
+    reach_mm: float
+    share: float
+    insertion_s: float
+    withdrawal_s: float | None
+    path_length_mm: float
+    deviation: DeviationPublic | None
+    nearest_mm: MeanMaxPublic | None
+    beyond_bound_mm: float
+    beyond_bound_s: float
+    force_n: MeanMaxPublic
+    held_s: float
+    held_by: list[HeldPublic]
+    task: TaskScorePublic | None
+    holds: list[HoldPublic]
+
+
+class LumenSeriesPublic(BaseModel):
+    """The series of a run in a lumen at 20 Hz at most, n samples of a robot of L links; LPS mm.
+
+    t_s (n): driven time. chain_mm (n, L + 1): the joints from the base on, last the tip; radius_mm: of a link. eye,
+    shaft, side (n): the camera's place, the way it looks, and up in its picture. depth_mm (n): of the tip along the
+    pathway; speed_mm_per_s (n): of the insertion. deviation_mm, bound_mm, link (n): of the link nearest to its bound
+    in the interval, null and 0 while none is inside; beyond_mm (n): beyond it, negative within it. distal_mm (n):
+    largest depth of the last links outside the pathway. bend (n): r. force_n (n): on the hand, guidance_n: the part of
+    it that leads away from the wall. held (n): 1 where a command was held; limit, limit_link (n): what held it, a
+    number of limits, and the link whose bound that is, 0 for none.
+    """
+
+    run: str
+    world: str
+    arm: str | None
+    certified: bool
+    limits: list[str]
+    radius_mm: float
+    t_s: list[float]
+    chain_mm: list[list[Triple]]
+    eye: list[Triple]
+    shaft: list[Triple]
+    side: list[Triple]
+    depth_mm: list[float]
+    speed_mm_per_s: list[float]
+    deviation_mm: Numbers
+    bound_mm: Numbers
+    link: list[int]
+    beyond_mm: Numbers
+    distal_mm: list[float]
+    bend: list[float]
+    force_n: list[float]
+    guidance_n: Numbers
+    held: list[int]
+    limit: list[int]
+    limit_link: list[int]

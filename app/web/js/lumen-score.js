@@ -1,0 +1,41 @@
+// The score of a run of a snake robot in a lumen, as rows.
+import { fixed } from "./format.js";
+import { duration } from "./runs.js";
+
+/** @import { Fact } from "./run-score.js" */
+/** @import { LumenScorePublic } from "./types.js" */
+
+const PERCENT = 100;
+
+/**
+ * What is worth saying of a run, in the order in which it is read; last what its task adds.
+ * @param {LumenScorePublic} score
+ * @returns {Fact[]}
+ */
+export function lumenFacts(score) {
+  const { deviation, nearest_mm: nearest, beyond_bound_mm: beyond, force_n: force, withdrawal_s: back, task } = score;
+  /** @type {Fact[]} */
+  const facts = [
+    { name: "Time", value: duration(score.time_s) },
+    { name: "Depth", value: `${fixed(score.depth_mm, 0)} mm` },
+    { name: "Share of the lumen", value: `${fixed(PERCENT * score.share, 0)} %` },
+    { name: "Time in", value: duration(score.insertion_s) },
+    { name: "Withdrawal", value: back === null ? "not drawn out" : duration(back) },
+  ];
+  if (deviation) facts.push({ name: "Deviations", value: `${deviation.episodes}, ${duration(deviation.time_s)}` }, { name: "Deviation, largest", value: `${fixed(deviation.depth_mm?.max ?? 0, 1)} mm` });
+  if (nearest) facts.push({ name: "Nearest to its bound", value: `${fixed(nearest.max, 1)} mm` });
+  facts.push(
+    { name: "Beyond bound", value: `${fixed(beyond, beyond > 0 ? 1 : 0)} mm`, worse: beyond > 0 },
+    { name: "Path of the tip", value: `${fixed(score.path_length_mm, 0)} mm` },
+    { name: "Hand force, mean", value: `${fixed(force.mean, 2)} N` },
+    { name: "Hand force, largest", value: `${fixed(force.max, 1)} N` },
+    { name: "Held", value: duration(score.held_s) },
+  );
+  for (const { name, value, unit, digits, worse } of task?.rows ?? []) facts.push({ name, value: `${fixed(value, digits)}${unit && value !== null ? ` ${unit}` : ""}`, worse });
+  return facts;
+}
+
+/** @param {LumenScorePublic} score what a list says of it */
+export function shortOfLumen({ certified, completed, time_s, depth_mm, nearest_mm: nearest, beyond_bound_mm, held_s }) {
+  return { certified, completed, time_s, depth_mm, deviation_mm: nearest?.max ?? null, beyond_bound_mm, held_s };
+}

@@ -1,0 +1,62 @@
+// What is said of a run, by what was driven: a rigid tool along its path, or a snake robot in a lumen.
+import { fixed } from "./format.js";
+import { lumenFacts, shortOfLumen } from "./lumen-score.js";
+import { factsOf } from "./run-score.js";
+import { duration, millimetres, shortOf } from "./runs.js";
+
+/** @import { Fact } from "./run-score.js" */
+/** @import { AnyScore, AnyShort } from "./runs.js" */
+/** @import { LumenScorePublic, ScorePublic, ShortLumenScore, ShortScore } from "./types.js" */
+
+/** @typedef {"tool" | "lumen"} Driven */
+/**
+ * of: what was driven, as a document; how: what runs of it differ by. done: that a run came to its end. facts: of a score.
+ * short: of a score that a list has, after the time; brief: the same in one line with it. shortOf: of a score. learning: whether tip errors make a
+ * learning curve, which a teacher's run may lead. laid: whether it can be laid into the scene. report: whether there is one to
+ * print. formats: that it is exported in.
+ * @typedef {{ of: string, how: string, done: string, facts: (score: any) => Fact[], short: (score: any) => string, brief: (score: any) => string, shortOf: (score: any) => AnyShort,
+ *   learning: boolean, laid: boolean, report: boolean, formats: string[] }} RunView
+ */
+
+/** @type {Record<string, Driven | undefined>} */
+const DRIVEN = { rigid: "tool", freehand: "tool", snake: "lumen", "snake drive": "lumen" };
+
+/** @type {Record<Driven, RunView>} */
+const VIEWS = {
+  tool: {
+    of: "plan", how: "mode", done: "Path completed",
+    facts: (/** @type {ScorePublic} */ score) => factsOf(score),
+    short: (/** @type {ShortScore} */ { error_mm: error }) => (error === null ? "" : millimetres(error)),
+    brief: (/** @type {ShortScore} */ { time_s: time, error_mm: error, contacts }) => `${fixed(time, 1)} s, ${millimetres(error)}${contacts ? `, ${contacts} contacts` : ""}`,
+    shortOf: (/** @type {ScorePublic} */ score) => shortOf(score),
+    learning: true, laid: true, report: true, formats: ["csv", "about.json", "parquet", "mcap", "py"],
+  },
+  lumen: {
+    of: "route", how: "arm", done: "End reached",
+    facts: (/** @type {LumenScorePublic} */ score) => lumenFacts(score),
+    short: (/** @type {ShortLumenScore} */ { depth_mm: depth, deviation_mm: off }) => `${fixed(depth, 0)} mm deep${off === null ? "" : `, ${fixed(off, 1)} mm off`}`,
+    brief: (/** @type {ShortLumenScore} */ { time_s: time, depth_mm: depth }) => `${duration(time)}, ${fixed(depth, 0)} mm`,
+    shortOf: (/** @type {LumenScorePublic} */ score) => shortOfLumen(score),
+    learning: false, laid: false, report: false, formats: ["csv", "about.json", "parquet"],
+  },
+};
+
+/** @param {{ world?: string } | null | undefined} run a run, its score or its series @returns {Driven} */
+export function drivenOf(run) {
+  return DRIVEN[run?.world ?? ""] ?? "tool";
+}
+
+/** @param {{ world?: string } | null | undefined} run */
+export function viewOf(run) {
+  return VIEWS[drivenOf(run)];
+}
+
+/**
+ * The run as a list has it once its score is known.
+ * @template {{ world: string, score: AnyShort | null }} Run
+ * @param {Run} run
+ * @param {AnyScore} score
+ */
+export function withScore(run, score) {
+  return { ...run, score: run.score ?? viewOf(run).shortOf(score) };
+}

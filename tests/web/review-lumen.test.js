@@ -1,0 +1,81 @@
+// Runs of a snake robot in a lumen in Review: what is plotted, where the robot stands, and what its score says.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { layOutElements } from "./panels.js";
+
+layOutElements();
+Object.assign(globalThis, { localStorage: { getItem: () => null, setItem() {} } });
+const { robotAt } = await import("../../app/tabs/review/curves.js");
+const { contentsOf } = await import("../../app/tabs/review/plots.js");
+const { heldWords, lumenContents } = await import("../../app/tabs/review/lumen-plots.js");
+const { lumenFigures } = await import("../../app/tabs/review/lumen-figures.js");
+const { drivenOf, viewOf, withScore } = await import("../../app/web/js/run-views.js");
+const { drivenAs } = await import("../../app/web/js/runs.js");
+
+/** Two links of 10 mm that turn from straight ahead to the side. @type {any} */
+const SERIES = {
+  run: "a", world: "snake", arm: "manual", certified: false, limits: ["", "bound", "end"], radius_mm: 6, t_s: [0.1, 0.2],
+  chain_mm: [[[0, 0, 0], [0, 0, 10], [0, 0, 20]], [[0, 0, 2], [0, 0, 12], [10, 0, 12]]],
+  eye: [[0, 0, 26], [16, 0, 12]], shaft: [[0, 0, 1], [1, 0, 0]], side: [[0, 1, 0], [0, 1, 0]], depth_mm: [20, 22], speed_mm_per_s: [0, 20],
+  deviation_mm: [null, 6.2], bound_mm: [null, 8], link: [0, 2], beyond_mm: [null, -1.8], distal_mm: [0, 6.2], bend: [0, 0.5], force_n: [0, 2], guidance_n: [0, 1.5],
+  held: [0, 1], limit: [0, 1], limit_link: [0, 2],
+};
+/** @type {any} */
+const SCORE = {
+  world: "snake", arm: "manual", certified: false, completed: false, time_s: 61, depth_mm: 412.4, length_mm: 824, reach_mm: 800, share: 0.5, insertion_s: 40, withdrawal_s: null,
+  path_length_mm: 500, deviation: { episodes: 3, time_s: 2.5, length_mm: 10, depth_mm: { mean: 1, max: 6.25 } }, nearest_mm: { mean: 1, max: 7 }, beyond_bound_mm: 1.26,
+  force_n: { mean: 0.25, max: 3 }, held_s: 1, held_by: [], holds: [], task: { title: "Ten polyps", completed: false, rows: [{ name: "Polyps cleared", value: 7, unit: "of 10", digits: 0, worse: true }] },
+};
+
+test("the links keep their length between two samples, and end where the tip is", () => {
+  for (const t of [0.1, 0.15, 0.2]) {
+    const { segments, camera } = robotAt(SERIES, t);
+    assert.equal(segments.length, 2);
+    for (const [from, to] of segments) assert.ok(Math.abs(Math.hypot(...to.map((value, axis) => value - from[axis])) - 10) < 1e-9);
+    assert.deepEqual(segments[1][1], segments[0][0]);
+    assert.deepEqual(camera.shaft.map((value) => Math.round(1e6 * value) / 1e6), t === 0.15 ? [0.5, 0, 0.5] : t === 0.1 ? [0, 0, 1] : [1, 0, 0]);
+  }
+  const [[from, to]] = robotAt(SERIES, 0.2).segments;
+  assert.deepEqual([from, to], [[0, 0, 12], [10, 0, 12]]);
+  const { segments: [[, middle]] } = robotAt(SERIES, 0.15);
+  assert.deepEqual(middle.map((value) => Number(value.toFixed(9))), [5, 0, 16]);
+});
+
+test("depth, the link at its bound, bend, force and insertion are plotted, and what held is said", () => {
+  const shown = lumenContents(SERIES, { ...SERIES, arm: "certified", certified: true });
+  assert.deepEqual(shown.map(({ title }) => title), ["Depth", "Link nearest to its bound", "Bend r", "Force on the hand", "Insertion"]);
+  assert.deepEqual(shown[0].lines.map(({ name, caution }) => [name, caution]), [["Manual", "without the certificate"], ["Beside: Certified", undefined]]);
+  assert.deepEqual(shown[1].curves.lines, [[null, 6.2], [null, 6.2], [null, 8]]);
+  assert.deepEqual([0, 1].map((at) => shown[1].now(at)), ["no link inside", "6.2 of 8.0 mm, link 2"]);
+  assert.deepEqual([0, 1].map((at) => shown[0].now(at)), ["20 mm", "held: link 2 at its bound"]);
+  assert.equal(heldWords({ ...SERIES, limit_link: [0, 0], limit: [0, 2] }, 1), "held: the end of the way");
+  assert.deepEqual([shown[4].signed, shown[0].signed], [true, undefined]);
+  assert.throws(() => contentsOf(SERIES, null)); // those of a rigid tool are others
+});
+
+test("a score is said in rows, the task's last; what is beyond a bound stands out", () => {
+  const facts = Object.fromEntries(viewOf(SCORE).facts(SCORE).map(({ name, value, worse }) => [name, worse ? `${value}!` : value]));
+  assert.deepEqual(facts, {
+    Time: "1:01 min", Depth: "412 mm", "Share of the lumen": "50 %", "Time in": "40.0 s", Withdrawal: "not drawn out", Deviations: "3, 2.5 s", "Deviation, largest": "6.3 mm",
+    "Nearest to its bound": "7.0 mm", "Beyond bound": "1.3 mm!", "Path of the tip": "500 mm", "Hand force, mean": "0.25 N", "Hand force, largest": "3.0 N", Held: "1.0 s",
+    "Polyps cleared": "7 of 10!",
+  });
+  assert.equal(viewOf(SCORE).facts({ ...SCORE, beyond_bound_mm: 0, task: null }).find(({ name }) => name === "Beyond bound")?.value, "0 mm");
+});
+
+test("runs are compared by the same rows, and by those of a task that any of them has", () => {
+  const rows = lumenFigures([{ ...SCORE, task: null }, SCORE]), value = (/** @type {string} */ name, /** @type {any} */ score) => rows.find((row) => row.name === name)?.of(score);
+  assert.equal(value("Polyps cleared", SCORE), 7);
+  assert.equal(value("Polyps cleared", { ...SCORE, task: null }), null);
+  assert.equal(value("Deviation, largest", { ...SCORE, deviation: null }), null);
+});
+
+test("a run is said by its arm, and a list has its short score", () => {
+  assert.equal(drivenOf({ world: "snake drive" }), "lumen");
+  assert.equal(drivenOf({ world: "freehand" }), "tool");
+  assert.deepEqual([drivenAs({ mode: null, arm: "guided" }), drivenAs({ mode: "hands-on", arm: null }), drivenAs({})], ["guided", "hands-on", null]);
+  const run = withScore({ world: "snake", score: null }, SCORE);
+  assert.deepEqual(run.score, { certified: false, completed: false, time_s: 61, depth_mm: 412.4, deviation_mm: 7, beyond_bound_mm: 1.26, held_s: 1 });
+  assert.equal(viewOf(run).short(run.score), "412 mm deep, 7.0 mm off");
+  assert.equal(viewOf(run).brief(run.score), "1:01 min, 412 mm");
+});

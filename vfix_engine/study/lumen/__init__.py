@@ -1,0 +1,20 @@
+"""What a run of a snake robot in a lumen is worth, and what is plotted of it, from the run alone; docs/metrics.md."""
+
+from .holds import lumen_holds_of
+from .samples import LumenSamples, lumen_samples_of
+from .score import LumenScore, score_lumen_run
+from .series import LumenSeries, lumen_series_of
+from .task_rows import TASK_ROWS, ScoreRow, TaskScore
+
+__all__ = [
+    "TASK_ROWS",
+    "LumenSamples",
+    "LumenScore",
+    "LumenSeries",
+    "ScoreRow",
+    "TaskScore",
+    "lumen_holds_of",
+    "lumen_samples_of",
+    "lumen_series_of",
+    "score_lumen_run",
+]

@@ -1,0 +1,161 @@
+"""The score of a run of a snake in a lumen; docs/metrics.md has the definitions and their sources."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from ...runtime.run import Run
+from ...runtime.system import SystemSpec
+from ...worlds.registry import arm_of, is_certified, spec_of
+from ...worlds.snake.row import LIMITS
+from ...worlds.snake.spec import SnakeSystemSpec
+from ..metrics.score import HeldTime, MeanMax
+from .samples import LumenSamples, lumen_samples_of, spans
+from .task_rows import TaskScore, task_score
+
+END_MM = 2.0  # nearer to the end of the way than that is there: tissue that moves makes the way longer and shorter
+OUT_MM = 10.0  # the tip is out again once it is no deeper
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """Times in which the last links were outside the pathway (Kwok 2013, Table III, a_i = 0).
+
+    episodes: their number, interruptions of up to 0.3 s included; time_s: their samples; length_mm: the tip's way in
+    them; depth_mm: over them, the largest depth of the last links, None without any.
+    """
+
+    episodes: int
+    time_s: float
+    length_mm: float
+    depth_mm: MeanMax | None
+
+
+@dataclass(frozen=True)
+class LumenScore:
+    """The score of a run; lengths in mm, times in s, forces in N.
+
+    arm: 'manual', 'guided' or 'certified'; certified: whether every motion was. completed: the tip came to the end of
+    its way. depth_mm: its deepest place; length_mm, reach_mm: of the lumen's pathway, and how far along it this robot
+    can come; share: of the pathway's length. insertion_s: until the deepest place; withdrawal_s: from then until the
+    tip is out, None where it was not drawn back so far.
+    deviation: None of a run whose rows do not have it. nearest_mm: deviation of the link nearest to its bound, over the
+    samples with a link inside; None as there. beyond_bound_mm: the most that a link was beyond its bound, 0 for none.
+    force_n: on the hand. held_by: by constraint. task: what the run's task adds, None without one.
+    """
+
+    world: str
+    arm: str | None
+    certified: bool
+    whole: bool
+    lost: int
+    completed: bool
+    samples: int
+    time_s: float
+    depth_mm: float
+    length_mm: float
+    reach_mm: float
+    share: float
+    insertion_s: float
+    withdrawal_s: float | None
+    path_length_mm: float
+    deviation: Deviation | None
+    nearest_mm: MeanMax | None
+    beyond_bound_mm: float
+    beyond_bound_s: float
+    force_n: MeanMax
+    held_s: float
+    held_by: tuple[HeldTime, ...]
+    task: TaskScore | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return asdict(self)
+
+
+def score_lumen_run(run: Run, spec: SystemSpec | None = None) -> LumenScore:
+    """Score a run of a snake in a lumen, from its last return to the start on.
+
+    spec: that the run was driven with; None: made of its manifest.
+
+    Raises:
+        InputError: as ``lumen_samples_of``. PathwayError: its lumen gives no pathway.
+    """
+    spec = spec_of(run) if spec is None else spec
+    samples = lumen_samples_of(run, spec)
+    assert isinstance(spec, SnakeSystemSpec)  # samples are of no other
+    length, reach = spec.way_mm()
+    deepest = float(samples.depth.max())
+    insertion, withdrawal = _there_and_back(samples)
+    inside = samples.link > 0
+    over = np.maximum(samples.beyond, 0.0)
+    return LumenScore(
+        world=str(run.manifest["world"]),
+        arm=arm_of(run.manifest),
+        certified=is_certified(run.manifest),
+        whole=run.whole,
+        lost=run.lost,
+        completed=deepest >= reach - END_MM,
+        samples=len(samples.t),
+        time_s=float(samples.t[-1]),
+        depth_mm=deepest,
+        length_mm=length,
+        reach_mm=reach,
+        share=deepest / length,
+        insertion_s=insertion,
+        withdrawal_s=withdrawal,
+        path_length_mm=float(_ways(samples).sum()),
+        deviation=_deviation(samples),
+        nearest_mm=_mean_max(samples.deviation[inside]) if inside.any() else None,
+        beyond_bound_mm=float(over.max()),
+        beyond_bound_s=float(samples.period_s[over > 0.0].sum()),
+        force_n=_mean_max(np.linalg.norm(samples.force, axis=1)),
+        held_s=float(samples.period_s[samples.held].sum()),
+        held_by=_held_by(samples),
+        task=task_score(run),
+    )
+
+
+def _there_and_back(samples: LumenSamples) -> tuple[float, float | None]:
+    """Time until the deepest place was first reached, and from then until the tip was out."""
+    there = int(samples.depth.argmax())
+    out = np.flatnonzero(samples.depth[there:] <= OUT_MM)
+    began = float(samples.t[there])
+    if not len(out) or samples.depth[there] <= OUT_MM:
+        return began, None
+    return began, float(samples.t[there + int(out[0])]) - began
+
+
+def _ways(samples: LumenSamples) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """(n,) mm that the tip went in each sample."""
+    steps = np.linalg.norm(np.diff(samples.tip, axis=0), axis=1)
+    return np.concatenate([[0.0], steps])
+
+
+def _deviation(samples: LumenSamples) -> Deviation | None:
+    """Of the last links from the pathway."""
+    if not samples.outside.shape[1]:
+        return None
+    depth, way = samples.distal, _ways(samples)
+    outside = depth > 0.0
+    found = _mean_max(depth[outside]) if outside.any() else None
+    episodes = len(spans(outside, samples.t))
+    return Deviation(episodes, float(samples.period_s[outside].sum()), float(way[outside].sum()), found)
+
+
+def _held_by(samples: LumenSamples) -> tuple[HeldTime, ...]:
+    """Time by constraint, the longest first."""
+    time: dict[tuple[str, str], float] = defaultdict(float)
+    for row in np.flatnonzero(samples.held).tolist():
+        link = int(samples.limit_link[row])
+        time[LIMITS[samples.limit[row]] or "", f"link {link}" if link else ""] += float(samples.period_s[row])
+    ordered = sorted(time.items(), key=lambda item: -item[1])
+    return tuple(HeldTime(kind, "lumen" if part else "", part, seconds) for (kind, part), seconds in ordered)
+
+
+def _mean_max(values: np.ndarray[Any, np.dtype[np.float64]]) -> MeanMax:
+    return MeanMax(float(values.mean()), float(values.max()))
