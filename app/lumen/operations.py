@@ -8,7 +8,9 @@ from msgspec.structs import replace
 
 from app.documents import Document
 from app.kit.names import unused_name
+from app.lumen.contour_operations import OPERATIONS as CONTOURS
 from app.lumen.document import ROUTE, Amplitude, Bound, LinkLength, LinkRadius, Links, Route
+from app.lumen.mark_operations import OPERATIONS as MARKS
 from app.operations.fields import Name, Position
 from app.operations.operation import Context, Creation, Edit, Option, Verb
 from app.operations.spec import DocumentSpec
@@ -163,5 +165,7 @@ OPERATIONS = (
     SetRobot,
     SetBound,
     SetBreathing,
+    *CONTOURS,
+    *MARKS,
 )
 SPEC = DocumentSpec(kind=ROUTE, path="routes", id="route_id", operations=OPERATIONS, service="lumen_routes")

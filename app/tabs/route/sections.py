@@ -21,10 +21,47 @@ class RouteList(TypedDict):
     items: list[RouteEntry]
 
 
+class MarkView(TypedDict):
+    """A polyp or a label on the wall, LPS mm."""
+
+    id: str
+    kind: Literal["polyp", "label"]
+    name: str
+    at: Position
+
+
+class ContourView(TypedDict):
+    """A control contour of the pathway; lengths in mm. radii_mm: one of a circle, else those around it.
+
+    cut_mm: by how much it was reduced, so that it does not cross a neighbour. behind_mm: by how much its rim lies
+    behind the wall; None: not known yet.
+    """
+
+    at_mm: float
+    centre: Position
+    radii_mm: list[float]
+    by_hand: bool
+    cut_mm: float
+    behind_mm: float | None
+
+
+class ContourList(TypedDict):
+    """Control contours of the open route. chosen: number of the one that is edited. by_hand: edits that are stored.
+
+    left_out: of them, those that are too far from the way. words: what is to be known of those by hand.
+    """
+
+    items: list[ContourView]
+    chosen: int | None
+    by_hand: int
+    left_out: int
+    words: str
+
+
 class RouteSection(TypedDict):
     """The open route; lengths in mm. links: None for as many as the way needs. bound_mm: None by the lumen's radius.
 
-    picking: what the next click on the wall is, '' for neither end.
+    picking: what the next click on the wall is, '' for nothing. moving: the polyp or label that it moves, or ''.
     """
 
     id: str
@@ -40,7 +77,9 @@ class RouteSection(TypedDict):
     radius_mm: float
     bound_mm: float | None
     breathing_mm: float
-    picking: Literal["entry", "end", ""]
+    marks: list[MarkView]
+    picking: Literal["entry", "end", "polyp", "label", "move", ""]
+    moving: str
 
 
 class ReachOfferView(TypedDict):
@@ -57,7 +96,8 @@ class RoutePathSection(TypedDict):
     """What was computed of the open route; lengths in mm.
 
     words: why it failed. reach_mm: how deep the tip comes; limit, reach_words: what ends its way. offers: what would
-    come deeper. s_mm, radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
+    come deeper. behind_wall, behind_mm: share of the pathway's surface behind the wall, and how deep at most. s_mm,
+    radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
     """
 
     state: Literal["none", "computing", "ready", "failed"]
@@ -68,6 +108,8 @@ class RoutePathSection(TypedDict):
     reach_words: str
     limit: Literal["", "end", "links", "narrow", "bound", "shape"]
     offers: list[ReachOfferView]
+    behind_wall: float | None
+    behind_mm: float | None
     least_mm: float | None
     least_at_mm: float | None
     s_mm: list[float]
@@ -76,8 +118,9 @@ class RoutePathSection(TypedDict):
 
 
 class RouteSections(TypedDict):
-    """Routes of a lumen, the open one, and its pathway."""
+    """Routes of a lumen, the open one, its pathway and the pathway's contours."""
 
     routes: RouteList
     route: RouteSection | None
     route_path: RoutePathSection
+    route_contours: ContourList

@@ -5,12 +5,13 @@ from __future__ import annotations
 from app.drives.view import number, place
 from app.lumen.document import StoredRoute
 from app.lumen.paths import RoutePath
+from app.tabs.route.marks import mark_view
 from app.tabs.route.sections import ReachOfferView, RoutePathSection, RouteSection
 from vfix_engine.arrays import Array
 from vfix_engine.worlds.snake.reach import ReachOffer
 
 
-def route_section(route: StoredRoute, picking: str) -> RouteSection:
+def route_section(route: StoredRoute, picking: str, moving: str) -> RouteSection:
     """The open route."""
     content = route.content
     return {
@@ -27,7 +28,9 @@ def route_section(route: StoredRoute, picking: str) -> RouteSection:
         "radius_mm": content.radius_mm,
         "bound_mm": content.bound_mm,
         "breathing_mm": content.breathing_mm,
+        "marks": [mark_view(mark) for mark in content.marks],
         "picking": picking,  # type: ignore[typeddict-item]
+        "moving": moving,
     }
 
 
@@ -42,6 +45,8 @@ def path_section(path: RoutePath | None, computing: bool, failure: str) -> Route
         "reach_words": "",
         "limit": "",
         "offers": [],
+        "behind_wall": None,
+        "behind_mm": None,
         "least_mm": None,
         "least_at_mm": None,
         "s_mm": [],
@@ -50,7 +55,7 @@ def path_section(path: RoutePath | None, computing: bool, failure: str) -> Route
     }
     if path is None:
         return empty
-    reach, narrow = path.reach, path.reach.narrowest
+    reach, narrow, wall = path.reach, path.reach.narrowest, path.reach.behind_wall
     return {
         "state": "ready",
         "words": "",
@@ -60,6 +65,8 @@ def path_section(path: RoutePath | None, computing: bool, failure: str) -> Route
         "reach_words": reach.words,
         "limit": reach.limit,
         "offers": [_offer(offer) for offer in reach.offers],
+        "behind_wall": None if wall is None else round(wall.outside, 4),
+        "behind_mm": None if wall is None else number(wall.depth_mm[2], 1),
         "least_mm": number(narrow.radius_mm, 1),
         "least_at_mm": number(narrow.at_mm, 0),
         "s_mm": _plain(path.s_mm),
