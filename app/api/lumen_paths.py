@@ -13,10 +13,26 @@ from app.kit.errors import NotFound
 from app.lumen.paths import RoutePath
 from app.plans.model import NOTICE
 from vfix_engine.arrays import Array
+from vfix_engine.kernels.triples import triple
 
 router = APIRouter(prefix="/routes/{route_id}/path", tags=["routes"], responses=ERRORS)
 
 _Triple = tuple[float, float, float]
+
+
+class ContourPublic(BaseModel):
+    """A control contour of the pathway, LPS mm.
+
+    at_mm: along the pathway. radii_mm: one of a circle, else those around it. cut_mm: by how much it was reduced, so
+    that it does not cross a neighbour. behind_mm: by how much its rim lies behind the wall.
+    """
+
+    at_mm: float
+    centre: _Triple
+    radii_mm: list[float]
+    by_hand: bool
+    cut_mm: float
+    behind_mm: float
 
 
 class RoutePathPublic(BaseModel):
@@ -24,6 +40,8 @@ class RoutePathPublic(BaseModel):
 
     links: of the robot. reach_mm: how deep its tip comes; limit, reach_words: what ends its way; offers: what would
     come deeper, in words. least_mm, least_at_mm: the least radius, and where along the pathway.
+    behind_wall, behind_mm: share of the pathway's surface behind the wall, and how deep at most. contours: its control
+    contours; contours_left_out: number of those by hand that are too far from the way.
     s_mm, radius_mm, wall_mm: along it, its radius and the distance from the centreline to the wall.
     centreline: places 1 mm apart.
     """
@@ -37,6 +55,10 @@ class RoutePathPublic(BaseModel):
     offers: list[str]
     least_mm: float
     least_at_mm: float
+    behind_wall: float
+    behind_mm: float
+    contours: list[ContourPublic]
+    contours_left_out: int
     s_mm: list[float]
     radius_mm: list[float]
     wall_mm: list[float]
@@ -62,6 +84,8 @@ def route_path(route_id: Identifier, services: ServicesDep) -> RoutePathPublic:
 
 
 def _public(route_id: str, path: RoutePath) -> RoutePathPublic:
+    wall = path.reach.behind_wall
+    assert wall is not None
     return RoutePathPublic(
         route=route_id,
         length_mm=path.length_mm,
@@ -72,12 +96,31 @@ def _public(route_id: str, path: RoutePath) -> RoutePathPublic:
         offers=[offer.words for offer in path.reach.offers],
         least_mm=path.reach.narrowest.radius_mm,
         least_at_mm=path.reach.narrowest.at_mm,
+        behind_wall=wall.outside,
+        behind_mm=wall.depth_mm[2],
+        contours=_contours(path),
+        contours_left_out=len(path.edited.left_out),
         s_mm=_plain(path.s_mm),
         radius_mm=_plain(path.radius_mm),
         wall_mm=_plain(path.wall_mm),
         centreline=path.lumen.centreline.curve.points.round(4).tolist(),
         notice=NOTICE,
     )
+
+
+def _contours(path: RoutePath) -> list[ContourPublic]:
+    edited, behind = path.edited, path.behind_mm
+    return [
+        ContourPublic(
+            at_mm=float(edited.pathway.at_s[number]),
+            centre=triple(edited.pathway.centre[number]),
+            radii_mm=_plain(edited.pathway.radius[number]),
+            by_hand=bool(edited.of_hand[number] >= 0),
+            cut_mm=float(edited.cut_mm[number]),
+            behind_mm=float(behind[number]),
+        )
+        for number in range(len(edited.of_hand))
+    ]
 
 
 def _plain(values: Array) -> list[float]:

@@ -8,7 +8,7 @@ from typing import Literal
 from app.cases.structures import CaseKind
 
 # Parts of the Patient tab's panel that only some kinds have.
-PatientPart = Literal["structures", "threshold", "paint", "overlays"]
+PatientPart = Literal["structures", "threshold", "paint", "overlays", "lumen"]
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,8 @@ class KindSpec:
     noun: in messages. then: the tab that comes after Patient. surface: its anatomy in the scene, in one word.
     anatomy: the same within a sentence. opacity: of that surface when a case is opened, from 0 to 1; less than 1 where
     a person looks into it.
-    parts: of the Patient tab's panel, beside the list of cases and the import. sliced: it may have a CT, and slices.
+    parts: of the Patient tab's panel, beside the list of cases and the import. sliced: it has slices, or a place for
+    them, even without a CT.
     scope: how its anatomy looks through a camera within it; None where an endoscope sees the air about a plan's path.
     """
 
@@ -34,5 +35,5 @@ class KindSpec:
 
 KINDS: dict[CaseKind, KindSpec] = {
     "head": KindSpec("head", "Plan", "Bone", "bone", 1.0, ("structures", "threshold", "paint", "overlays"), True),
-    "lumen": KindSpec("lumen", "Route", "Wall", "the wall", 0.3, (), False, "colon"),
+    "lumen": KindSpec("lumen", "Route", "Wall", "the wall", 0.3, ("lumen",), False, "colon"),
 }

@@ -28,7 +28,7 @@ from app.cases.model import (
 )
 from app.cases.reading import case_content_from_json
 from app.cases.referenced_files import referred_files
-from app.cases.structures import ANATOMY, CaseKind, Structure, is_closed
+from app.cases.structures import ANATOMY, CaseKind, Provenance, Structure, is_closed
 from app.clock import utc_now
 from app.kit.cache import Cache
 from app.kit.errors import NotFound
@@ -104,6 +104,7 @@ class CaseService:
         notes: Sequence[str] = (),
         reports: Mapping[str, SurfaceReport] | None = None,
         kind: CaseKind = "head",
+        made_from: Provenance | None = None,
     ) -> Case:
         """Make a case; every file is durable before the case is listed.
 
@@ -111,6 +112,7 @@ class CaseService:
             the others are for display only.
         notes: what is doubtful about the file, in sentences.
         reports: what making a surface cost, by the same names, where that was measured.
+        made_from: where that surface comes from; None: a CT at the threshold of bone, or without a CT a surface.
         Raises InputError when that surface is missing or the name cannot be used.
         """
         check_name(name, "case's name")
@@ -121,8 +123,8 @@ class CaseService:
         infos = tuple(self.files.put_surface(label, mesh, known.get(label)) for label, mesh in surfaces.items())
         volumes = () if volume is None else (self.files.put_volume("ct", volume),)
         surface = _named(infos, driven, "surface")
-        made_from, inside = extracted_from(volume is not None), is_closed(surfaces[driven])
-        structure = anatomy_structure(kind, surface, surface.source, made_from, inside)
+        origin, inside = made_from or extracted_from(volume is not None), is_closed(surfaces[driven])
+        structure = anatomy_structure(kind, surface, surface.source, origin, inside)
         content = CaseContent(frame, infos, volumes, tuple(beads), tuple(notes), kind, (structure,))
         return self.put(f"case-{secrets.token_hex(6)}", name, content, hash_of(content))
 

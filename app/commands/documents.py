@@ -28,7 +28,12 @@ class DocumentCommand:
         actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
         listing = actions.add_parser("list", help=words)
         listing.add_argument("case", metavar="CASE", help="id or name")
-        for each in (listing, *verbs.add_actions(self._line, actions).values()):
+        found = [listing, *verbs.add_actions(self._line, actions).values()]
+        for group in verbs.groups(self._line):
+            inner = actions.add_parser(group, help=f"{group}s of one of the {self._spec.path}")
+            parts = inner.add_subparsers(dest="part", metavar="ACTION", required=True)
+            found += verbs.add_actions(f"{self._line} {group}", parts).values()
+        for each in found:
             each.add_argument("--json", action="store_true", help="one JSON object on stdout")
         return parser
 
@@ -36,7 +41,11 @@ class DocumentCommand:
         """Execute the action and print what is there afterwards. Raises VfixError."""
         services = build_services(Settings.from_environment())
         case_id = find(services.cases.list(), args.case, "case").id if "case" in args else ""
-        called = verbs.called_action(self._line, args)
+        if "part" in args:
+            line, said = f"{self._line} {args.action}", argparse.Namespace(**{**vars(args), "action": args.part})
+        else:
+            line, said = self._line, args
+        called = verbs.called_action(line, said)
         if called is None:
             found = self._documents(services).list(case_id)
         else:

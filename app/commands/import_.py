@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any, get_args
 
-from app.cases.model import Case
+from app.cases.model import Case, to_triple
 from app.cases.structures import CaseKind
 from app.commands import case_structures
 from app.commands.head_options import add_file_options, say_notes, told_of_file
@@ -18,6 +18,7 @@ from app.imaging.importing import ImportRequest, OverlayRequest
 from app.services import Services, build_services
 from app.settings import Settings
 from vfix_engine.anatomy.labels.reading import SegmentationRequest
+from vfix_engine.anatomy.lumen_import import AIR_HU
 from vfix_engine.errors import InputError
 
 
@@ -32,8 +33,17 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     add_file_options(parser)
     parser.add_argument(
-        "--kind", choices=get_args(CaseKind), default="head", help="of case; a lumen is made of a surface of its wall"
+        "--kind",
+        choices=get_args(CaseKind),
+        default="head",
+        help="of case; a lumen is made of its wall, of a label map, or of the air of a CT",
     )
+    parser.add_argument("--label", type=int, metavar="N", help="of a lumen: number of its label in a label map")
+    parser.add_argument(
+        "--seed", type=float, nargs=3, metavar=("X", "Y", "Z"), help="of a lumen: a place in its air in a CT, LPS mm, "
+        "else the largest air in the body",
+    )  # fmt: skip
+    parser.add_argument("--air", type=float, default=AIR_HU, metavar="HU", help="of a lumen: its air in a CT at most")
     parser.add_argument("--name", help="name of the case (else its kind, a number and the time)")
     parser.add_argument(
         "--use-description", action="store_true",
@@ -61,7 +71,9 @@ def run(args: argparse.Namespace) -> int:
         return _run_into(args, services)
     if args.names is not None:
         raise InputError("--names is said of a segmentation, together with --into.")
-    request = ImportRequest(args.path, kind=args.kind, **_naming(args), **told_of_file(args))
+    seed = None if args.seed is None else to_triple(args.seed)
+    of_lumen = {"label": args.label, "seed": seed, "air_hu": args.air}
+    request = ImportRequest(args.path, kind=args.kind, **of_lumen, **_naming(args), **told_of_file(args))
     case = services.importing.run(request, _show)
     say_notes(case.notes)
     if words := case.uncertainty.words():

@@ -63,6 +63,17 @@ class ImportJobs:
         """Import an overlay volume into a case as a job, whose result is the id of the case. remove: as in `start`."""
         return self._start(_Started(request, remove, case_id))
 
+    def start_lumen(self, case_id: str, seed: tuple[float, float, float], air_hu: float) -> Job:
+        """Make a case of another lumen of a case's CT as a job, whose result is its id. Raises NotFound."""
+        self._importing.check_case(case_id)
+
+        def work(progress: Progress) -> str:
+            cancellation = self._importing.cancellation()
+            progress.on_cancel(cancellation.cancel)
+            return self._importing.lumen_at(case_id, seed, air_hu, progress, cancellation).id
+
+        return self._jobs.submit(work, kind="import", lane="import", case_id=case_id, subject="Lumen")
+
     def _run(self, started: _Started, progress: Progress) -> str:
         """Import and return the id of the new case, or of the case that structures or an overlay are added to."""
         request, cancellation = started.request, self._importing.cancellation()

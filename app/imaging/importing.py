@@ -12,7 +12,7 @@ from app.cases.model import Case, CaseFrame, Overlay
 from app.cases.overlays import Overlays
 from app.cases.segments import CaseStructures
 from app.cases.service import CaseService
-from app.cases.structures import BONE, LUMEN, CaseKind, Structure
+from app.cases.structures import BONE, LUMEN, CaseKind, Provenance, Structure
 from app.store.errors import StorageError
 from vfix_engine.anatomy.bone import SurfaceReport
 from vfix_engine.anatomy.head_import import (
@@ -23,10 +23,13 @@ from vfix_engine.anatomy.head_import import (
     read_head,
 )
 from vfix_engine.anatomy.labels.reading import SegmentationRequest, read_segmentation
+from vfix_engine.anatomy.lumen_import import AIR_HU, LumenRequest, ReadLumen, lumen_of_volume, read_lumen
 from vfix_engine.anatomy.overlay import read_overlay
 from vfix_engine.errors import InputError
+from vfix_engine.files.frame_report import FrameReport
 from vfix_engine.files.mesh_files import is_mesh
 from vfix_engine.files.sandbox.isolated import Cancellation
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.progress import ProgressCallback, no_progress
 
@@ -39,18 +42,34 @@ class ImportRequest(HeadRequest):
 
     name: of the case; None for a generic one, or with use_description for the series description of the file, if it has
     one (HAZ-33). names: a table of label names, kept for the case that the file is a segmentation.
-    kind: of case; a lumen is made of a surface, its wall, which is used as it is.
+    kind: of case. label, seed, air_hu: of a lumen, as in `LumenRequest`.
     """
 
     name: str | None = None
     use_description: bool = False
     names: Path | None = None
     kind: CaseKind = "head"
+    label: int | None = None
+    seed: tuple[float, float, float] | None = None
+    air_hu: float = AIR_HU
 
     @property
     def wanted(self) -> WantedName:
         """The requested name."""
         return WantedName(self.name, self.use_description, "case")
+
+    @property
+    def lumen(self) -> LumenRequest:
+        """What is read of a lumen. Raises InputError where this is a head."""
+        if self.kind != "lumen":
+            raise InputError("a label, a seed and a threshold of air are said of a lumen; say that it is one.")
+        told = {"frame": self.frame, "unit": self.unit, "assume": self.assume, "series": self.series}
+        return LumenRequest(self.path, **told, label=self.label, seed=self.seed, air_hu=self.air_hu)  # type: ignore[arg-type]
+
+    @property
+    def of_lumen(self) -> bool:
+        """Whether anything is said that only a lumen has."""
+        return self.label is not None or self.seed is not None or self.air_hu != AIR_HU
 
     @property
     def sort(self) -> Sort:
@@ -60,11 +79,13 @@ class ImportRequest(HeadRequest):
 
 @dataclass(frozen=True)
 class _Parts:
-    """Surfaces of a new case by name, what making them cost, and doubts about them."""
+    """Surfaces of a new case by name, what making them cost, doubts about them, its CT, and where they come from."""
 
     surfaces: Mapping[str, TriangleMesh]
     reports: Mapping[str, SurfaceReport] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    volume: Volume | None = None
+    made_from: Provenance | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,29 +127,65 @@ class ImportService:
         and another InputError if the file cannot be used.
         """
         request.wanted.check()
-        if request.kind == "lumen" and not is_mesh(request.path):
-            raise InputError("a lumen is made of a surface of its wall.")
         ends = cancellation or self._cancellation
         with self._storage_errors():
             folder = self._cases.scratch.open()  # for the decoded data of the worker
+            if request.kind == "lumen" or request.of_lumen:
+                found = read_lumen(request.lumen, progress, cancellation=ends, folder=folder)
+                return self._stored(request.wanted, request.sort, found.frame, _lumen_parts(found, request), progress)
             read = read_head(request, progress, cancellation=ends, folder=folder)
-            parts = _Parts({LUMEN: read.surface}) if request.kind == "lumen" and read.surface is not None else None
-            if parts is None:
-                bone = extract_bone(read, _part(progress, 0.3, 0.95), cancellation=ends, folder=folder)
-                parts = _Parts(
-                    {BONE: bone.control, DISPLAY: bone.display},
-                    {BONE: bone.control_report, DISPLAY: bone.display_report},
-                    tuple(bone.notes),
-                )
+            bone = extract_bone(read, _part(progress, 0.3, 0.95), cancellation=ends, folder=folder)
+        parts = _Parts(
+            {BONE: bone.control, DISPLAY: bone.display},
+            {BONE: bone.control_report, DISPLAY: bone.display_report},
+            (*read.notes, *bone.notes),
+            read.volume,
+        )
+        return self._stored(request.wanted, request.sort, read.frame, parts, progress)
+
+    def _stored(
+        self, wanted: WantedName, sort: Sort, frame: FrameReport, parts: _Parts, progress: ProgressCallback
+    ) -> Case:
+        """The case of what was read."""
         progress("Storing the case", 0.95)
-        frame = CaseFrame(read.frame.name, read.frame.assumed)
         taken = {case.name for case in self._cases.list(include_deleted=True)}
-        name, name_notes = request.wanted.among(taken, request.sort, read.frame.description)
-        notes = (*read.notes, *parts.notes, *name_notes)
+        name, name_notes = wanted.among(taken, sort, frame.description)
         return self._cases.create(
-            name, frame=frame, surfaces=parts.surfaces, volume=read.volume, notes=notes, reports=parts.reports,
-            kind=request.kind,
-        )  # fmt: skip
+            name,
+            frame=CaseFrame(frame.name, frame.assumed),
+            surfaces=parts.surfaces,
+            volume=parts.volume,
+            notes=(*parts.notes, *name_notes),
+            reports=parts.reports,
+            kind="lumen" if LUMEN in parts.surfaces else "head",
+            made_from=parts.made_from,
+        )
+
+    def lumen_at(
+        self,
+        case_id: str,
+        seed: tuple[float, float, float],
+        air_hu: float = AIR_HU,
+        progress: ProgressCallback = no_progress,
+        cancellation: Cancellation | None = None,
+    ) -> Case:
+        """Make a case of another lumen of a case's CT: the air at a seed, LPS mm.
+
+        Raises NotFound, InputError for a case without a CT, and ImageError where there is no such air.
+        """
+        case = self._cases.get(case_id)
+        volume = self._cases.volume(case)
+        if volume is None:
+            raise InputError("this case was made of a surface; a lumen is found in a CT.")
+        with self._storage_errors():
+            folder = self._cases.scratch.open()
+            found = lumen_of_volume(volume, seed, air_hu, progress, cancellation=cancellation or self._cancellation,
+                                    folder=folder)  # fmt: skip
+        report = FrameReport(case.frame.name, assumed=case.frame.assumed)
+        parts = _Parts(
+            {LUMEN: found.wall}, {LUMEN: found.report}, found.notes, volume, Provenance("ct", threshold_hu=air_hu)
+        )
+        return self._stored(WantedName(None, False, "case"), "CT", report, parts, progress)
 
     def check_case(self, case_id: str) -> None:
         """Raise NotFound if there is no such case."""
@@ -186,6 +243,15 @@ class ImportService:
             yield
         except OSError as error:
             raise StorageError(f"the import could not be written down: {error.strerror or error}.") from error
+
+
+def _lumen_parts(found: ReadLumen, request: ImportRequest) -> _Parts:
+    made_from = {
+        "surface": Provenance("surface"),
+        "labels": Provenance("segmentation", label=request.label, voxel_mm=found.voxel_mm),
+        "ct": Provenance("ct", threshold_hu=request.air_hu),
+    }[found.source]
+    return _Parts({LUMEN: found.wall}, {LUMEN: found.report}, found.notes, found.volume, made_from)
 
 
 def _part(progress: ProgressCallback, start: float, end: float) -> ProgressCallback:

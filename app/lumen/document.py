@@ -8,7 +8,10 @@ import msgspec
 from msgspec import Meta
 
 from app.documents import Document, new_in, struct_kind
+from app.lumen.contours import RouteContours, check_radii, hand_contours
+from app.lumen.marks import RouteMarks
 from app.operations.fields import Place
+from vfix_engine.errors import InputError
 from vfix_engine.robots.snake import MOST_LINKS, SnakeModel
 
 MOST_BREATHING_MM = 20.0
@@ -32,6 +35,7 @@ class Route(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     bound_mm: how far a link may leave its pathway (Kwok 2013, b_i of eq. 17); None: by the lumen's radius, 8 mm at
         most. breathing_mm: amplitude of the tissue's motion along the body's axis; 0: none. breathing_period_s: of it.
     peristalsis: share of the radius by which waves narrow the lumen; 0: none. peristalsis_period_s: between two waves.
+    contours: of the pathway that were placed by hand. marks: polyps and labels on the wall.
     """
 
     entry: Place | None = None
@@ -44,15 +48,23 @@ class Route(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     breathing_period_s: Annotated[Period, new_in(2)] = BREATH_S
     peristalsis: Annotated[WaveShare, new_in(2)] = 0.0
     peristalsis_period_s: Annotated[Period, new_in(2)] = WAVE_S
+    contours: Annotated[RouteContours, new_in(2)] = ()
+    marks: Annotated[RouteMarks, new_in(2)] = ()
 
     def robot(self) -> SnakeModel:
         """One link of the robot, or as many as are given. Raises RobotError where the lengths fit no robot."""
         return SnakeModel(self.links or 1, length_mm=self.length_mm, radius_mm=self.radius_mm)
 
 
-def _with_robot(route: Route) -> Route:
-    """Raises RobotError, an InputError, for lengths that fit no robot."""
+def _possible(route: Route) -> Route:
+    """Raises RobotError, PathwayError and other InputErrors for lengths that fit no robot, and for such contours."""
     route.robot()
+    for contour in route.contours:
+        if contour.radii_mm or not contour.of_fit:
+            check_radii(contour.radii_mm)
+    hand_contours(route.contours)
+    if len({mark.id for mark in route.marks}) < len(route.marks):
+        raise InputError("two polyps or labels of the route have the same id.")
     return route
 
 
@@ -61,7 +73,7 @@ ROUTE = struct_kind(
     noun="route",
     schema="vfix-route/2",
     content=Route,
-    rules=_with_robot,
+    rules=_possible,
 )
 
 StoredRoute = Document[Route]

@@ -8,7 +8,9 @@ from msgspec.structs import replace
 
 from app.documents import Document
 from app.kit.names import unused_name
+from app.lumen.contour_operations import OPERATIONS as CONTOURS
 from app.lumen.document import ROUTE, Bound, LinkLength, LinkRadius, Links, Route
+from app.lumen.mark_operations import OPERATIONS as MARKS
 from app.lumen.motion_operations import OPERATIONS as MOTION
 from app.operations.fields import Name, Position
 from app.operations.operation import Context, Creation, Edit, Option, Verb
@@ -150,5 +152,7 @@ OPERATIONS = (
     SetRobot,
     SetBound,
     *MOTION,
+    *CONTOURS,
+    *MARKS,
 )
 SPEC = DocumentSpec(kind=ROUTE, path="routes", id="route_id", operations=OPERATIONS, service="lumen_routes")

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec.structs import replace
 
 from app.cases.service import CaseService
 from app.kit.cache import Cache
 from app.kit.jobs import Job, Jobs, Progress
+from app.lumen.contours import hand_contours, with_contours
 from app.lumen.document import Route, StoredRoute
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
@@ -20,6 +22,7 @@ from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.robots.snake import SnakeModel
 
 if TYPE_CHECKING:  # slow to load, and a planner without a lumen needs none of it
+    from vfix_engine.pathway.hand_contours import EditedPathway
     from vfix_engine.pathway.pathway import Contours, TissueMotion
     from vfix_engine.worlds.snake import DriveSettings
     from vfix_engine.worlds.snake.lumen import Lumen
@@ -40,11 +43,13 @@ class RoutePath:
     """A route as it is driven.
 
     lumen: centreline, curve and pathway; snake: the whole robot; tissue: None where it is still.
+    edited: its control contours, and which of them were placed by hand.
     s_mm (n,), radius_mm (n,), wall_mm (n,): along the pathway, its least radius and the distance to the wall.
     reach: how deep the robot comes, and what would come deeper. surface: of the pathway, at rest.
     """
 
     lumen: Lumen
+    edited: EditedPathway
     snake: SnakeModel
     settings: DriveSettings
     tissue: TissueMotion | None
@@ -59,6 +64,15 @@ class RoutePath:
         """Of the pathway."""
         return float(self.lumen.pathway.length)
 
+    @property
+    def behind_mm(self) -> Array:
+        """By how much the rim of each control contour (C0,) lies behind the wall; 0 where it does not."""
+        pathway, wall = self.edited.pathway, self.reach.behind_wall
+        assert wall is not None
+        near = np.abs(pathway.s[:, None] - pathway.at_s).argmin(axis=0)
+        found: Array = wall.deepest_mm[near]
+        return found
+
     def rings(self, every_mm: float = RING_MM) -> list[Array]:
         """Closed rims (m, 3) of contours at rest, LPS mm, about so far apart."""
         contours = self.lumen.pathway.moved(None).contours()
@@ -66,7 +80,7 @@ class RoutePath:
         for index, s in enumerate(contours.s):
             if s - last >= every_mm:
                 last = float(s)
-                found.append(_rim(contours, index))
+                found.append(rim_of(contours, index))
         return found
 
 
@@ -76,11 +90,38 @@ class RoutePaths:
     def __init__(self, cases: CaseService, jobs: Jobs) -> None:
         self._cases, self._jobs = cases, jobs
         self._known: Cache[str, RoutePath] = Cache(KEPT)
+        self._fits: Cache[str, Lumen] = Cache(KEPT)
 
     def key(self, route: StoredRoute) -> str:
         """Of what the path of a route depends on; routes with equal keys have the same. Raises NotFound."""
-        source = self._cases.get(route.case_id).content_hash
-        return hashlib.sha256(f"{source} {route.content!r}".encode()).hexdigest()
+        return self._key(route.case_id, replace(route.content, marks=()))
+
+    def _key(self, case_id: str, content: Route) -> str:
+        source = self._cases.get(case_id).content_hash
+        return hashlib.sha256(f"{source} {content!r}".encode()).hexdigest()
+
+    def _fit_key(self, case_id: str, content: Route) -> str:
+        return self._key(case_id, replace(content, contours=(), marks=(), links=None, bound_mm=None))
+
+    def fit(self, route: StoredRoute) -> Lumen:
+        """The lumen with its fitted pathway, without contours placed by hand. Raises VfixError where there is none."""
+        return self.fit_of(route.case_id, route.content)
+
+    def fit_of(self, case_id: str, content: Route) -> Lumen:
+        """The same of a content; takes seconds where it is not known."""
+
+        def found() -> Lumen:
+            with _MAKING:
+                return _fitted(self._cases.case_surface(case_id), content)
+
+        return self._fits.get(self._fit_key(case_id, content), found)
+
+    def edited(self, route: StoredRoute) -> EditedPathway | None:
+        """The control contours, where the fit was computed before. Raises PathwayError as `with_contours`."""
+        if route.content.entry is None or route.content.end is None:
+            return None
+        fit = self._fits.peek(self._fit_key(route.case_id, route.content))
+        return None if fit is None else with_contours(fit, route.content.contours)
 
     def known(self, route: StoredRoute) -> RoutePath | None:
         """The path where it was computed before. Never waits."""
@@ -112,10 +153,13 @@ class RoutePaths:
         """Compute it here. Raises PathwayError where the route leads nowhere, and NotFound."""
 
         def found() -> RoutePath:
+            if progress is not None:
+                progress("Finding the centreline", 0.1)
+            fit = self.fit_of(route.case_id, route.content)
             with _MAKING:
                 if progress is not None:
-                    progress("Finding the centreline", 0.1)
-                return _path(self._cases.case_surface(route.case_id), route.content)
+                    progress("Trying how deep the robot comes", 0.6)
+                return _path(self._cases.case_surface(route.case_id), route.content, fit)
 
         return self._known.get(self.key(route), found)
 
@@ -127,7 +171,7 @@ def _ends(route: Route) -> tuple[Array, Array]:
     return np.array(route.entry), np.array(route.end)
 
 
-def _rim(contours: Contours, index: int) -> Array:
+def rim_of(contours: Contours, index: int) -> Array:
     """A contour as a closed rim (n, 3), LPS mm."""
     given = contours.radius[index]
     angle = np.linspace(0.0, 2.0 * np.pi, _CORNERS, endpoint=False)
@@ -158,15 +202,20 @@ def tissue_of(route: Route) -> TissueMotion | None:
     return together(*motions) if len(motions) > 1 else motions[0] if motions else None
 
 
-def _path(mesh: TriangleMesh, route: Route) -> RoutePath:
-    from vfix_engine.pathway.pathway_surface import pathway_surface
+def _fitted(mesh: TriangleMesh, route: Route) -> Lumen:
     from vfix_engine.worlds.snake.lumen import lumen_between
-    from vfix_engine.worlds.snake.reach import reach_of
 
     entry, end = _ends(route)
+    return lumen_between(mesh, entry, end, route.robot(), drive_settings(route), tissue_of(route))
+
+
+def _path(mesh: TriangleMesh, route: Route, fit: Lumen) -> RoutePath:
+    from vfix_engine.pathway.pathway_surface import pathway_surface
+    from vfix_engine.worlds.snake.lumen import edited_lumen
+    from vfix_engine.worlds.snake.reach import reach_of
+
     settings, model = drive_settings(route), route.robot()
-    tissue = tissue_of(route)
-    lumen = lumen_between(mesh, entry, end, model, settings, tissue)
+    lumen, edited = edited_lumen(mesh, fit, hand_contours(route.contours), model)
     snake = lumen.snake(model, route.links)
     pathway = lumen.pathway
     s = np.linspace(0.0, pathway.length, max(2, math.ceil(pathway.length / RADIUS_STEP_MM) + 1))
@@ -174,7 +223,7 @@ def _path(mesh: TriangleMesh, route: Route) -> RoutePath:
     line = lumen.centreline
     along = np.linspace(0.0, pathway.length, len(line.radius))  # the pathway's contours are about that line
     return RoutePath(
-        lumen, snake, settings, tissue, s,
+        lumen, edited, snake, settings, pathway.motion, s,
         np.interp(s, contours.s, contours.radius.min(axis=1)),
         np.interp(s, along, line.radius),
         reach_of(pathway, snake, settings, lumen.curve, lumen.slack, mesh=mesh),

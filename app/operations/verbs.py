@@ -122,6 +122,12 @@ def add_actions(line: str, actions: Actions) -> dict[str, argparse.ArgumentParse
     return found
 
 
+def groups(line: str) -> list[str]:
+    """Words after a line, such as 'route', of which operations are actions in turn, such as 'route contour add'."""
+    every = (verb.line.split(" ") for spec in specs() for operation in spec.operations for verb in _verbs(operation))
+    return sorted({words[-2] for words in every if " ".join(words[:-2]) == line and not words[-1].startswith("--")})
+
+
 def called_action(line: str, args: argparse.Namespace) -> Called | None:
     """The operation that an action of a line is, if it is one. Raises InputError."""
     offer = next((offer for offer in _offers(line, options=False) if offer.name == args.action), None)

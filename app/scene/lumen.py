@@ -1,13 +1,17 @@
-"""A robot's pathway through a lumen in the scene: its translucent wall, its contours and the centreline."""
+"""A lumen's route in the scene: its pathway, the contour that is edited by hand, polyps and labels on the wall."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import viser
 
+from app.kit.values import Position
 from app.scene import palette
+from app.scene.dragging import DragBall
 from app.scene.lines import Lines, joined
 from vfix_engine.arrays import Array
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -15,7 +19,10 @@ from vfix_engine.geometry.mesh import TriangleMesh
 if TYPE_CHECKING:
     from app.scene.view import SceneView
 
-_LINE_MM, _RING_MM = 1.2, 0.4
+_LINE_MM, _RING_MM, _CHOSEN_MM = 1.2, 0.4, 1.0
+_HANDLE_MM = 3.5
+_LABEL_RISE_MM = 1.5
+CONTOUR = "contour"  # the item that is dragged
 
 
 class PathwayNodes:
@@ -47,3 +54,72 @@ class PathwayNodes:
         self._rings.remove()
         if self._wall is not None:
             self._wall.remove()
+
+
+class ContourNodes:
+    """The contour that is edited by hand: its rim, a spoke to polar angle 0, and a ball that it is dragged by."""
+
+    def __init__(self, view: SceneView) -> None:
+        self._view = view
+        self._rim = Lines(view, "/route/contour/rim", palette.SELECTED, _CHOSEN_MM)
+        self._ball: DragBall | None = None
+
+    def show(self, rim: Array, centre: Position, locked: bool) -> None:
+        """rim (m, 3): closed, begins at polar angle 0; LPS mm. locked: it cannot be dragged."""
+        self._rim.show(joined(np.concatenate([np.array(centre)[None], rim])))
+        if self._ball is None:
+            dragged = self._view.events.item_dragged
+            self._ball = DragBall(self._view.scene, "/route/contour/handle", CONTOUR, _HANDLE_MM, centre, dragged)
+        self._ball.show(centre, locked)
+
+    def remove(self) -> None:
+        self._rim.remove()
+        if self._ball is not None:
+            self._ball.remove()
+
+
+@dataclass(frozen=True)
+class MarkShape:
+    """A polyp or a label as it is drawn: a ball that stands so many mm out of the wall at a place, LPS mm."""
+
+    id: str
+    name: str
+    position: Position
+    proud_mm: float
+    colour: tuple[int, int, int]
+
+
+class MarkNodes:
+    """Polyps and labels on the wall."""
+
+    def __init__(self, view: SceneView) -> None:
+        self._view = view
+        self._drawn: dict[MarkShape, tuple[Any, ...]] = {}
+
+    def show(self, shapes: Iterable[MarkShape]) -> None:
+        wanted = list(shapes)
+        with self._view.atomic():
+            for shape in [drawn for drawn in self._drawn if drawn not in wanted]:
+                for node in self._drawn.pop(shape):
+                    node.remove()
+            for shape in wanted:
+                if shape not in self._drawn:
+                    self._drawn[shape] = self._made(shape)
+
+    def _made(self, shape: MarkShape) -> tuple[Any, ...]:
+        name = f"/route/marks/{shape.id}"
+        ball = self._view.scene.add_icosphere(
+            name, shape.proud_mm, subdivisions=3, color=shape.colour, position=shape.position, cast_shadow=False,
+            receive_shadow=False,
+        )  # fmt: skip
+        above = np.array(shape.position) + np.array([0.0, 0.0, shape.proud_mm + _LABEL_RISE_MM])
+        label = self._view.labels.add(
+            f"{name}_label", shape.name, "bead", above, font_screen_scale=0.8, anchor="bottom-left", depth_test=False
+        )
+        return ball, label
+
+    def remove(self) -> None:
+        for nodes in self._drawn.values():
+            for node in nodes:
+                node.remove()
+        self._drawn.clear()

@@ -309,7 +309,7 @@ def case_section(case: Case, loading: str, hidden: Collection[str] = ()) -> Case
         "noun": kind.noun,
         "surface": kind.surface,
         "parts": list(kind.parts),
-        "sliced": kind.sliced,
+        "sliced": kind.sliced or case.has_volume,
         "size_mm": [round(b - a, 1) for a, b in zip(low, high, strict=True)],
         "landmarks": [{"name": item.name, "position": list(item.position)} for item in case.landmarks],
         "frame": {"name": case.frame.name, "assumed": case.frame.assumed},

@@ -20,7 +20,7 @@ def import_the_folder(page: NamedPage, folder: Path) -> None:
     page.go_to("Patient")
     page.button("Folder …")  # it opens a dialog of the system, so the files are set directly
     page.page.set_input_files("#folder", folder)
-    page.says("Head imported.")
+    page.says("Case imported.")
     page.press("Open it")
     page.wait("the new head", lambda: page.station.state("case")["name"].startswith("CT 1, "))
     page.station.ready()

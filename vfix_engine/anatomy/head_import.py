@@ -133,7 +133,7 @@ def extract_bone(
     function, of = (bone_of_volume, head.volume) if head.surface is None else (bone_of_surface, head.surface)
     return run_isolated(
         function, of, seconds=EXTRACT_SECONDS, progress=progress, cancellation=cancellation, folder=folder,
-        writable=_kernel_folders(),
+        writable=kernel_folders(),
     )  # fmt: skip
 
 
@@ -150,7 +150,8 @@ def control_head(
     return ControlHead(bone.control, head.volume, off, (*head.notes, *bone.notes))
 
 
-def _kernel_folders() -> list[Path]:
+def kernel_folders() -> list[Path]:
+    """Folders that a worker may write to besides its own, in which no decoder runs."""
     return [cache_root(), *(Path(named) for named in [os.environ.get("NUMBA_CACHE_DIR")] if named)]
 
 

@@ -91,17 +91,19 @@ def fit_pathway(
     return uncrossed(Interpolation(at, interpolated), control, radius, first[0], least_mm)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Containment:
     """Fraction of a pathway's surface that lies outside the lumen; both fractions are of its area.
 
     behind: fraction not visible from the pathway's centre, behind a fold or the wall.
     outside: fraction outside the lumen. depth_mm: (median, 95 %, maximum) of its distance to the wall.
+    deepest_mm: (C,) of each contour's rim behind the wall; 0 where it stays within the lumen.
     """
 
     behind: float
     outside: float
     depth_mm: tuple[float, float, float]
+    deepest_mm: Array
 
 
 def containment(mesh: TriangleMesh, pathway: Pathway) -> Containment:
@@ -121,7 +123,10 @@ def containment(mesh: TriangleMesh, pathway: Pathway) -> Containment:
     beyond = clear < 0.0
     depth = -clear[beyond] if beyond.any() else np.zeros(1)
     worst = tuple(float(value) for value in np.quantile(depth, (0.5, 0.95, 1.0)))
-    return Containment(float(area[behind].sum()), float(area[behind][beyond].sum()), (worst[0], worst[1], worst[2]))
+    deepest = np.zeros(behind.shape)
+    deepest[behind] = np.maximum(-clear, 0.0)
+    outside = float(area[behind][beyond].sum())
+    return Containment(float(area[behind].sum()), outside, (worst[0], worst[1], worst[2]), deepest.max(axis=1))
 
 
 def _check_numbers(

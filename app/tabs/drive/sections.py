@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TypedDict
+from typing import Literal, TypedDict
 
 from app.drives.sections import DetailsSection, DriveSection
 from app.workspace.sections import ScopeSection

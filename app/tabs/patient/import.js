@@ -22,8 +22,9 @@ const QUESTIONS = {
 };
 
 const DROP = "Drop files here. They stay on this computer. Images can identify the patient: an export that holds them asks first. A CT (DICOM, NRRD, NIfTI, MetaImage), a bone surface (PLY, STL, OBJ, GLB, VTK, VTP), a segmentation of the open head, or the zip of a saved head.";
+const LUMEN_HELP = "Wall, label map, or CT with air.";
 const HEAD = { id: "import-head", input: "head-files", words: "Import head …", accept: ACCEPTED };
-const LUMEN = { id: "import-lumen", input: "lumen-file", words: "Import lumen …", accept: ".ply,.stl,.obj,.glb,.vtk,.vtp" };
+const LUMEN = { id: "import-lumen", input: "lumen-file", words: "Import lumen …", accept: ACCEPTED, title: LUMEN_HELP };
 const FOLDER = { id: "import-folder", input: "folder", words: "Folder …", folder: true };
 
 export class ImportGroup {
@@ -182,7 +183,7 @@ export class ImportGroup {
   offer(caseId) {
     const open = () => this.connection.send("case.open", { case_id: caseId });
     if (!this.connection.state.case) open();
-    note("Head imported.", this.connection.state.case ? { action: { label: "Open it", run: open } } : {});
+    note("Case imported.", this.connection.state.case ? { action: { label: "Open it", run: open } } : {});
   }
 
   /**

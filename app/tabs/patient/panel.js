@@ -7,6 +7,7 @@ import { chosen } from "./files-in.js";
 import { HeadFacts } from "./head-facts.js";
 import { HeadsList } from "./heads-list.js";
 import { ImportGroup } from "./import.js";
+import { LumenOfCt } from "./lumen-of-ct.js";
 import { OverlaysGroup } from "./overlays.js";
 import { PaintGroup } from "./paint.js";
 import { SegmentGroup } from "./segment.js";
@@ -17,7 +18,7 @@ import { StructuresGroup } from "./structures.js";
 /** @import { CaseSection, ViewModel } from "/static/js/types.js" */
 
 /** @type {CaseSection["parts"]} parts that only some kinds of cases have */
-const OF_KINDS = ["structures", "threshold", "paint", "overlays"];
+const OF_KINDS = ["structures", "threshold", "paint", "overlays", "lumen"];
 const OPEN_AT_FIRST = ["heads", "import", "structures"];
 
 export default class PatientPanel {
@@ -32,6 +33,7 @@ export default class PatientPanel {
     this.overlays = new OverlaysGroup((files) => this.import.takeOverlay(chosen(files), this.overlays.describe.input.checked));
     this.paint = new PaintGroup(connection, this.jobs); // first: it knows which of the jobs are its own
     this.segment = new SegmentGroup(this.jobs);
+    this.lumen = new LumenOfCt(this.jobs);
     const steps = [
       { name: "heads", title: "Cases", content: this.heads.element },
       { name: "import", title: "Import", content: this.import.element },
@@ -39,6 +41,7 @@ export default class PatientPanel {
       { name: "threshold", title: "Threshold", content: this.segment.element },
       { name: "paint", title: "Paint", content: this.paint.element },
       { name: "overlays", title: "Second volumes", content: this.overlays.element },
+      { name: "lumen", title: "Another lumen", content: this.lumen.element },
     ];
     this.parts = new FoldedParts({ label: "Parts of Patient", steps, kept: "patient", open: OPEN_AT_FIRST });
     this.element = h("div", { class: "drop" }, this.facts.element, this.parts.element);
@@ -53,9 +56,11 @@ export default class PatientPanel {
     this.overlays.update(state);
     this.segment.update(state.case, state.slices?.cross);
     this.paint.update(state);
+    this.lumen.update(state.case, state.slices?.cross);
     this.jobs.look();
     const has = state.case?.parts ?? OF_KINDS;
-    this.parts.show(linesOf(state), OF_KINDS.filter((part) => !has.includes(part)));
+    const none = state.case?.has_volume ? [] : ["lumen"]; // it is found in a CT
+    this.parts.show(linesOf(state), [...OF_KINDS.filter((part) => !has.includes(part)), ...none]);
   }
 }
 

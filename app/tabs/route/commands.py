@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
+
+from pydantic import Field
 
 from app.messages.fields import ClientMessage, Identifier
 
@@ -12,11 +14,22 @@ class OpenRoute(ClientMessage):
     route_id: Identifier
 
 
-class PickRouteEnd(ClientMessage):
-    """The next click on the wall is the entry, or the end; '' for neither."""
+class PickRoutePlace(ClientMessage):
+    """What the next click on the wall is: an end, a polyp or label, or the new place of one; '' for nothing.
+
+    mark_id: which one is moved.
+    """
 
     type: Literal["route.pick"]
-    what: Literal["entry", "end", ""]
+    what: Literal["entry", "end", "polyp", "label", "move", ""]
+    mark_id: Identifier | None = None
 
 
-COMMANDS: tuple[type[ClientMessage], ...] = (OpenRoute, PickRouteEnd)
+class ChooseContour(ClientMessage):
+    """Choose the contour nearest to a place along the pathway, in mm; None: none of them."""
+
+    type: Literal["route.contour.choose"]
+    at_mm: Annotated[float, Field(ge=0.0, le=1e4, allow_inf_nan=False)] | None
+
+
+COMMANDS: tuple[type[ClientMessage], ...] = (OpenRoute, PickRoutePlace, ChooseContour)

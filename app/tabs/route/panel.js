@@ -4,7 +4,10 @@ import { isUndoKey, numberOf } from "/static/js/fields.js";
 import { h } from "/static/js/dom.js";
 import { fixed, when } from "/static/js/format.js";
 import { rovingRows } from "/static/js/roving.js";
+import { FoldedParts } from "/static/js/step-list.js";
 import { draw, html, iconTool, live, nameRow, nothing, repeat, said, titled, unlessFocused } from "/static/js/template.js";
+import { ContourPart } from "./contours.js";
+import { MarksPart } from "./marks.js";
 import { RadiiPlot } from "./radii-plot.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
@@ -26,20 +29,29 @@ export default class RoutePanel {
     this.ends = h("div", { class: "group" });
     this.robot = h("div", { class: "group" });
     this.path = h("div", { class: "group" });
-    this.plot = new RadiiPlot();
-    this.element = h("div", {}, this.list, this.ends, this.robot, this.path, this.plot.element);
+    this.contours = new ContourPart(connection);
+    this.marks = new MarksPart(connection);
+    this.plot = new RadiiPlot((at_mm) => {
+      if (this.parts.unfolded.has("contours")) this.contours.picked(at_mm);
+    });
+    this.parts = new RouteParts(this.contours, this.marks);
+    this.element = h("div", {}, this.list, this.ends, this.robot, this.path, this.plot.element, this.parts.element);
     this.roving = rovingRows(this.list);
     keys.shortcuts.push((event) => this.key(event));
   }
 
   /** @param {ViewModel} state */
-  update({ routes, route, route_path: path, case: open }) {
+  update({ routes, route, route_path: path, route_contours: contours, case: open }) {
     this.drawList(routes?.items ?? [], route);
     draw(this.ends, route ? this.endsOf(route, open?.landmarks ?? []) : html``);
     draw(this.robot, route ? this.robotOf(route) : html``);
     draw(this.path, route && path ? titled("Pathway", null, this.pathOf(path)) : html``);
     for (const part of [this.ends, this.robot, this.path]) part.hidden = !route;
-    this.plot.update(path);
+    this.plot.update(path, contours);
+    this.contours.update(contours, route);
+    this.marks.update(route);
+    this.parts.element.hidden = !route;
+    this.parts.show({ contours: ContourPart.line(contours), marks: MarksPart.line(route) });
   }
 
   /**
@@ -159,6 +171,28 @@ export default class RoutePanel {
     if (step?.name !== "route" || !route || !isUndoKey(event)) return false;
     this.connection.send(event.shiftKey || event.code === "KeyY" ? "route.redo" : "route.undo");
     return true;
+  }
+}
+
+/** What is rare in this tab. */
+class RouteParts extends FoldedParts {
+  /**
+   * @param {ContourPart} contours
+   * @param {MarksPart} marks
+   */
+  constructor(contours, marks) {
+    super({ label: "More", kept: "route", steps: [{ name: "contours", title: "Contours by hand", content: contours.element }, { name: "marks", title: "Polyps and labels", content: marks.element }] });
+    this.contours = contours;
+  }
+
+  /**
+   * @override
+   * @param {string} name
+   * @param {boolean} open
+   */
+  unfold(name, open) {
+    super.unfold(name, open);
+    if (name === "contours" && !open) this.contours.folded();
   }
 }
 

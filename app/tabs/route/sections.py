@@ -21,10 +21,47 @@ class RouteList(TypedDict):
     items: list[RouteEntry]
 
 
+class MarkView(TypedDict):
+    """A polyp or a label on the wall, LPS mm."""
+
+    id: str
+    kind: Literal["polyp", "label"]
+    name: str
+    at: Position
+
+
+class ContourView(TypedDict):
+    """A control contour of the pathway; lengths in mm. radii_mm: one of a circle, else those around it.
+
+    cut_mm: by how much it was reduced, so that it does not cross a neighbour. behind_mm: by how much its rim lies
+    behind the wall; None: not known yet.
+    """
+
+    at_mm: float
+    centre: Position
+    radii_mm: list[float]
+    by_hand: bool
+    cut_mm: float
+    behind_mm: float | None
+
+
+class ContourList(TypedDict):
+    """Control contours of the open route. chosen: number of the one that is edited. by_hand: edits that are stored.
+
+    left_out: of them, those that are too far from the way. words: what is to be known of those by hand.
+    """
+
+    items: list[ContourView]
+    chosen: int | None
+    by_hand: int
+    left_out: int
+    words: str
+
+
 class RouteSection(TypedDict):
     """The open route; lengths in mm. links: None for as many as the way needs. bound_mm: None by the lumen's radius.
 
-    picking: what the next click on the wall is, '' for neither end.
+    picking: what the next click on the wall is, '' for nothing. moving: the polyp or label that it moves, or ''.
     """
 
     id: str
@@ -43,7 +80,9 @@ class RouteSection(TypedDict):
     breathing_period_s: float
     peristalsis: float
     peristalsis_period_s: float
-    picking: Literal["entry", "end", ""]
+    marks: list[MarkView]
+    picking: Literal["entry", "end", "polyp", "label", "move", ""]
+    moving: str
 
 
 class ReachOfferView(TypedDict):
@@ -82,8 +121,9 @@ class RoutePathSection(TypedDict):
 
 
 class RouteSections(TypedDict):
-    """Routes of a lumen, the open one, and its pathway."""
+    """Routes of a lumen, the open one, its pathway and the pathway's contours."""
 
     routes: RouteList
     route: RouteSection | None
     route_path: RoutePathSection
+    route_contours: ContourList

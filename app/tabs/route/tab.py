@@ -8,6 +8,7 @@ from typing import Any
 from app.documents.editor import check_still_newest
 from app.kit.kept import Same
 from app.lumen.document import StoredRoute
+from app.lumen.mark_operations import AddMark, MoveMark
 from app.lumen.operations import SPEC as ROUTES
 from app.lumen.operations import SetEnd, SetEntry
 from app.lumen.paths import RoutePath
@@ -16,12 +17,15 @@ from app.messages.sections import Section, Sections
 from app.operations.messages import OperationMessage
 from app.operations.operation import Change, Creation
 from app.operations.standard import Delete, Redo, Restore, Undo
+from app.scene.dragging import DragEvent
 from app.scene.fiducials import FiducialNodes, FiducialShape
 from app.scene.lumen import PathwayNodes
 from app.scene.view import ClickRay
 from app.tabs.base import Tab
 from app.tabs.route import SPEC
 from app.tabs.route import commands as c
+from app.tabs.route.contours import ContourHand
+from app.tabs.route.marks import marks_layer
 from app.tabs.route.sections import RouteList
 from app.tabs.route.view import path_section, route_section
 from app.workspace.latest import BackgroundTask, Latest
@@ -31,6 +35,13 @@ from app.workspace.workspace import Workspace
 from vfix_engine.errors import InputError, VfixError
 
 KIND = "route"
+_PICKED = {
+    "entry": "Click on the wall where the robot enters.",
+    "end": "Click on the wall where the route ends.",
+    "polyp": "Click on the wall where polyps are.",
+    "label": "Click on the wall where labels are.",
+    "move": "Click on the wall where it is to be.",
+}
 
 
 class RouteTab(Tab):
@@ -45,6 +56,8 @@ class RouteTab(Tab):
         self._latest = Latest(workspace.executor, workspace.post)
         self._document: StoredRoute | None = None
         self._picking: str = ""
+        self._moving = ""  # id of the polyp or label that the next click moves
+        self._contours = ContourHand(self._routes.paths, self._do)
         self._wanted = ""  # the key of the path that is computed, known, or has failed
         self._path: RoutePath | None = None
         self._failure = ""
@@ -58,7 +71,7 @@ class RouteTab(Tab):
         self._open(titles[-1].id if titles else None)
 
     def _open(self, route_id: str | None) -> None:
-        self._document, self._picking = None, ""
+        self._document, self._picking, self._moving = None, "", ""
         self.workspace.opened.set(KIND, route_id)
         self._read()
 
@@ -67,6 +80,7 @@ class RouteTab(Tab):
         route_id = self.workspace.opened.id(KIND)
         self._document = None if route_id is None else self._routes.documents.get(route_id)
         self._ask()
+        self._contours.read(self._document, self._path)
 
     def _need(self) -> StoredRoute:
         if self._document is None:
@@ -97,9 +111,11 @@ class RouteTab(Tab):
 
     def _found(self, path: RoutePath) -> None:
         self._path = path
+        self._contours.read(self._document, path)
 
     def _failed(self, words: str) -> None:
         self._failure = words
+        self._contours.read(self._document, None)
 
     # -- requests
 
@@ -110,9 +126,11 @@ class RouteTab(Tab):
                 if title.case_id != self.workspace.case.case_id or title.deleted_at is not None:
                     raise InputError("that route is deleted, or belongs to another case; open that case first.")
                 self._open(command.route_id)
-            case c.PickRouteEnd():
+            case c.PickRoutePlace():
                 self._need()
-                self._picking = command.what
+                self._picking, self._moving = command.what, command.mark_id or ""
+            case c.ChooseContour():
+                self._contours.choose(command.at_mm)
 
     def operate(self, message: OperationMessage) -> None:
         """Do an operation, on the open route where it names none."""
@@ -148,16 +166,28 @@ class RouteTab(Tab):
             operation.run(ROUTES.context(self.workspace.services, route.revision), route.id)
         finally:
             self._read()
+        self._contours.done(operation)
 
     def clicked(self, ray: ClickRay) -> None:
-        """The entry or the end, where one is to be chosen; else the view turns about the place."""
+        """What is to be chosen; else another contour where one is edited, else the view turns about the place."""
         hit = self.workspace.case.hit(ray)
         if hit is None or not self._picking:
-            super().clicked(ray)
+            if hit is None or not self._contours.choose_near(hit.position):
+                super().clicked(ray)
             return
-        operation = (SetEntry if self._picking == "entry" else SetEnd)(at=position_of(hit.position))
-        self._picking = ""
+        place = position_of(hit.position)
+        if self._picking in ("polyp", "label"):  # there are several: it goes on until it is switched off
+            self._do(AddMark(kind=self._picking, at=place))  # type: ignore[arg-type]
+            return
+        operation: Any = SetEntry(at=place) if self._picking == "entry" else SetEnd(at=place)
+        if self._picking == "move":
+            operation = MoveMark(mark_id=self._moving, to=place)
+        self._picking = self._moving = ""
         self._do(operation)
+
+    def dragged(self, drag: DragEvent) -> None:
+        if not self._contours.dragged(drag):
+            super().dragged(drag)
 
     # -- what the page and the scene show
 
@@ -177,16 +207,17 @@ class RouteTab(Tab):
 
     def sections(self) -> Sections:
         """The :class:`RouteSections`."""
-        document, picking, case_id = self._document, self._picking, self.workspace.case.case_id
+        document, picking, case_id = self._document, (self._picking, self._moving), self.workspace.case.case_id
         computing = bool(self._wanted) and self._path is None and not self._failure
         told = self._path, computing, self._failure
         stored = self.workspace.services.store.changes.of(KIND)
         return {
             "routes": Section((case_id, stored), lambda: self._list(case_id)),
             "route": Section(
-                (Same(document), picking), lambda: None if document is None else route_section(document, picking)
+                (Same(document), picking), lambda: None if document is None else route_section(document, *picking)
             ),
             "route_path": Section((Same(told[0]), *told[1:]), lambda: path_section(*told)),
+            "route_contours": self._contours.section(),
         }
 
     def _list(self, case_id: str | None) -> RouteList:
@@ -204,6 +235,7 @@ class RouteTab(Tab):
             if at is not None
         )
         layers.append(Layer("route.ends", shapes, FiducialNodes, lambda nodes: nodes.show(shapes), case_id))
+        layers += [marks_layer(content, case_id), *self._contours.layers(self.active)]
         if (path := self._path) is not None:
             show = partial(PathwayNodes.show, centreline=path.lumen.centreline.curve.points, rings=path.rings())
             layers.append(
@@ -214,7 +246,7 @@ class RouteTab(Tab):
     def hint(self) -> str:
         document = self._document
         if self._picking:
-            return f"Click on the wall where the {'robot enters' if self._picking == 'entry' else 'route ends'}."
+            return _PICKED[self._picking]
         if document is None:
             return "Make a route first."
         if document.content.entry is None or document.content.end is None:

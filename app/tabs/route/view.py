@@ -5,12 +5,13 @@ from __future__ import annotations
 from app.drives.view import number, place
 from app.lumen.document import StoredRoute
 from app.lumen.paths import RoutePath
+from app.tabs.route.marks import mark_view
 from app.tabs.route.sections import ReachOfferView, RoutePathSection, RouteSection
 from vfix_engine.arrays import Array
 from vfix_engine.worlds.snake.reach import ReachOffer
 
 
-def route_section(route: StoredRoute, picking: str) -> RouteSection:
+def route_section(route: StoredRoute, picking: str, moving: str) -> RouteSection:
     """The open route."""
     content = route.content
     return {
@@ -30,7 +31,9 @@ def route_section(route: StoredRoute, picking: str) -> RouteSection:
         "breathing_period_s": content.breathing_period_s,
         "peristalsis": content.peristalsis,
         "peristalsis_period_s": content.peristalsis_period_s,
+        "marks": [mark_view(mark) for mark in content.marks],
         "picking": picking,  # type: ignore[typeddict-item]
+        "moving": moving,
     }
 
 

@@ -50,7 +50,7 @@ export class FirstTask {
    * @param {ViewModel} state
    */
   update(state) {
-    this.box.hidden = !this.wanted || state.case?.sliced === false || (["plan", "register", "review"].includes(state.step?.name ?? "") && !this.asked);
+    this.box.hidden = !this.wanted || state.case?.parts.includes("structures") === false || (["plan", "register", "review"].includes(state.step?.name ?? "") && !this.asked);
     if (state.rehearsal?.phase === "done") this.tick(2);
   }
 

@@ -72,7 +72,7 @@ export interface CaseSection {
   kind: "head" | "lumen";
   noun: string;
   surface: string;
-  parts: ("structures" | "threshold" | "paint" | "overlays")[];
+  parts: ("structures" | "threshold" | "paint" | "overlays" | "lumen")[];
   sliced: boolean;
   size_mm: number[];
   landmarks: LandmarkView[];
@@ -687,7 +687,7 @@ export interface RouteEntry {
 /**
  * The open route; lengths in mm. links: None for as many as the way needs. bound_mm: None by the lumen's radius.
  *
- * picking: what the next click on the wall is, '' for neither end.
+ * picking: what the next click on the wall is, '' for nothing. moving: the polyp or label that it moves, or ''.
  */
 export interface RouteSection {
   id: string;
@@ -706,7 +706,17 @@ export interface RouteSection {
   breathing_period_s: number;
   peristalsis: number;
   peristalsis_period_s: number;
-  picking: "entry" | "end" | "";
+  marks: MarkView[];
+  picking: "entry" | "end" | "polyp" | "label" | "move" | "";
+  moving: string;
+}
+
+/** A polyp or a label on the wall, LPS mm. */
+export interface MarkView {
+  id: string;
+  kind: "polyp" | "label";
+  name: string;
+  at: [number, number, number];
 }
 
 /**
@@ -741,6 +751,34 @@ export interface ReachOfferView {
   length_mm: number;
   radius_mm: number;
   bound_mm: number | null;
+}
+
+/**
+ * Control contours of the open route. chosen: number of the one that is edited. by_hand: edits that are stored.
+ *
+ * left_out: of them, those that are too far from the way. words: what is to be known of those by hand.
+ */
+export interface ContourList {
+  items: ContourView[];
+  chosen: number | null;
+  by_hand: number;
+  left_out: number;
+  words: string;
+}
+
+/**
+ * A control contour of the pathway; lengths in mm. radii_mm: one of a circle, else those around it.
+ *
+ * cut_mm: by how much it was reduced, so that it does not cross a neighbour. behind_mm: by how much its rim lies
+ * behind the wall; None: not known yet.
+ */
+export interface ContourView {
+  at_mm: number;
+  centre: [number, number, number];
+  radii_mm: number[];
+  by_hand: boolean;
+  cut_mm: number;
+  behind_mm: number | null;
 }
 
 /** The registrations of the open case. */
@@ -2286,6 +2324,7 @@ export interface ViewModel {
   rehearsal?: RehearsalSection;
   removed_bone?: RemovedBoneSection | null;
   route?: RouteSection | null;
+  route_contours?: ContourList;
   route_path?: RoutePathSection;
   routes?: RouteList;
   scene?: SceneSection;
@@ -2703,6 +2742,31 @@ export interface Commands {
     period_s?: number | null;
     revision?: number | null;
   };
+  "route.contour.add": {
+    at_mm: number;
+    radius_mm?: number | null;
+    revision?: number | null;
+  };
+  "route.contour.choose": {
+    at_mm: number | null;
+  };
+  "route.contour.clear": {
+    revision?: number | null;
+  };
+  "route.contour.move": {
+    at_mm: number;
+    to: [number, number, number];
+    revision?: number | null;
+  };
+  "route.contour.remove": {
+    at_mm: number;
+    revision?: number | null;
+  };
+  "route.contour.resize": {
+    at_mm: number;
+    radii_mm: number[];
+    revision?: number | null;
+  };
   "route.delete": {
     route_id: string;
     revision?: number | null;
@@ -2720,6 +2784,31 @@ export interface Commands {
     locked: boolean;
     revision?: number | null;
   };
+  "route.mark.add": {
+    kind: "polyp" | "label";
+    at: [number, number, number];
+    name?: string | null;
+    revision?: number | null;
+  };
+  "route.mark.move": {
+    mark_id: string;
+    to: [number, number, number];
+    revision?: number | null;
+  };
+  "route.mark.remove": {
+    mark_id: string;
+    revision?: number | null;
+  };
+  "route.mark.rename": {
+    mark_id: string;
+    name: string;
+    revision?: number | null;
+  };
+  "route.mark.seed": {
+    seed: number;
+    count?: number;
+    revision?: number | null;
+  };
   "route.new": {
     name?: string | null;
     revision?: number | null;
@@ -2733,7 +2822,8 @@ export interface Commands {
     revision?: number | null;
   };
   "route.pick": {
-    what: "entry" | "end" | "";
+    what: "entry" | "end" | "polyp" | "label" | "move" | "";
+    mark_id?: string | null;
   };
   "route.redo": {
     revision?: number | null;

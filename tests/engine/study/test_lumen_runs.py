@@ -160,7 +160,7 @@ def test_deviation_counts_what_scipy_labels(runs: dict[str, Run], states: dict[s
     gaps, count = label(~outside)
     for gap in range(1, count + 1):
         places = np.flatnonzero(gaps == gap)
-        if 0 < places[0] and places[-1] < len(outside) - 1 and (len(places) + 1) * STEP_S <= 0.3 + 1e-9:
+        if places[0] > 0 and places[-1] < len(outside) - 1 and (len(places) + 1) * STEP_S <= 0.3 + 1e-9:
             bridged[places] = True
     assert found.episodes == label(bridged)[1]
     assert found.length_mm < score_lumen_run(runs["manual"]).path_length_mm

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from ...arrays import Array
 from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
 from ...pathway.fit import fit_pathway
+from ...pathway.hand_contours import EditedPathway, HandContour, with_hand_contours
 from ...pathway.pathway import Pathway, TissueMotion
 from ...robots.snake import SnakeModel
 from ...snake.conform.conforming import driven_curve
@@ -70,6 +72,36 @@ def lumen_between(
     pathway = fit_pathway(
         mesh, curve, settings.contours, settings.interpolated, settings.angles, quantile=settings.quantile
     )
+    return _lumen(mesh, centreline, curve, pathway, snake, tissue)
+
+
+def edited_lumen(
+    mesh: TriangleMesh, fitted: Lumen, contours: Sequence[HandContour], snake: SnakeModel
+) -> tuple[Lumen, EditedPathway]:
+    """A lumen whose pathway has contours placed by hand, and which of its contours they are.
+
+    Args:
+        mesh, snake: as for ``lumen_between``, which made ``fitted``; its tissue stays.
+
+    Raises:
+        PathwayError: as ``with_hand_contours``.
+    """
+    edited = with_hand_contours(fitted.pathway, fitted.curve, contours)
+    if not edited.changed:
+        return fitted, edited
+    tissue = fitted.pathway.motion
+    return _lumen(mesh, fitted.centreline, edited.curve, edited.pathway, snake, tissue), edited
+
+
+def _lumen(
+    mesh: TriangleMesh,
+    centreline: Centreline,
+    curve: Curve,
+    pathway: Pathway,
+    snake: SnakeModel,
+    tissue: TissueMotion | None,
+) -> Lumen:
+    """With what is measured of the surface along the robot's curve; the pathway moves from here on."""
     pathway = replace(pathway, wall_radius=_wall_radius(mesh, curve if tissue is None else None, pathway, snake))
     slack = _slack(curve, pathway, snake)
     if tissue is not None:

@@ -1,0 +1,26 @@
+"""Polyps and labels of the open route for the page and the scene."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from app.drives.view import place
+from app.lumen.document import Route
+from app.lumen.marks import PROUD_MM, RouteMark
+from app.scene import palette
+from app.scene.lumen import MarkNodes, MarkShape
+from app.tabs.route.sections import MarkView
+from app.workspace.layers import Layer
+
+_COLOURS = {"polyp": palette.POLYP, "label": palette.TARGET}
+
+
+def mark_view(mark: RouteMark) -> MarkView:
+    """One of them in the list."""
+    return {"id": mark.id, "kind": mark.kind, "name": mark.name, "at": place(mark.at)}
+
+
+def marks_layer(route: Route, case_id: str | None) -> Layer[Any]:
+    """All of them on the wall."""
+    shapes = tuple(MarkShape(mark.id, mark.name, mark.at, PROUD_MM, _COLOURS[mark.kind]) for mark in route.marks)
+    return Layer("route.marks", shapes, MarkNodes, lambda nodes: nodes.show(shapes), case_id)
