@@ -106,8 +106,8 @@ def polyps_in(
     landmark 'ascending', or else at the depth that the robot reaches.
 
     Args:
-        found: of ``viewable_wall`` with the same mesh; curve: that the robot follows, at rest. landmarks: places (3,) by
-            name. bending_mm: length of the links that bend.
+        found: of ``viewable_wall`` with the same mesh; curve: that the robot follows, at rest. landmarks: places (3,)
+            by name. bending_mm: length of the links that bend.
 
     Raises:
         InputError: as ``placed``; a robot that does not come to the first polyp.
