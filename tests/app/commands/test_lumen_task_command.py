@@ -93,7 +93,6 @@ def test_two_polyps_are_cleared_and_the_figures_are_those_of_the_run(
     ("changed", "words"),
     [
         (["--polyps", "0"], "1 is the least"),
-        (["--polyps", "400"], "can view no place"),
         (["--seed", "-1"], "-1 is negative"),
         (["--arm", "free"], "invalid choice"),
         (["--breathing", "-3"], "amplitude"),

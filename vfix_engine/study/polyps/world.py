@@ -85,9 +85,10 @@ def polyp_world(
     reach = min(curve.length, snake.reach_mm())
     if not anyway:
         narrowest(lumen.pathway, snake, settings.bound_mm, reach).refuse(snake)
+    bending_mm = settings.manipulated * snake.length_mm
+    _way(landmarks, curve, reach, bending_mm)  # refused before the long part
     say("what of the wall this robot can view")
     found = viewable_wall(mesh, lumen.pathway, snake, settings, lumen.curve, lumen.slack)
-    bending_mm = settings.manipulated * snake.length_mm
     return PolypWorld(lumen, snake, settings, polyps_in(found, mesh, curve, landmarks, bending_mm, seed, count))
 
 
