@@ -96,7 +96,7 @@ def test_two_polyps_are_cleared_and_the_figures_are_those_of_the_run(
         (["--seed", "-1"], "-1 is negative"),
         (["--arm", "free"], "invalid choice"),
         (["--breathing", "-3"], "amplitude"),
-        (["--links", "3"], "the first polyp is to be at 100 mm or more"),
+        (["--links", "2"], "and the first polyp is to be at"),
     ],
 )
 def test_bad_input_is_refused_in_words(
