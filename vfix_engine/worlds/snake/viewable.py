@@ -280,7 +280,8 @@ class _Search:
         cosine = np.einsum("ij,ij->i", ahead, cameras[:, :, 0]) / away
         off = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))) / self._limits.angle_deg
         error = off + np.abs(away - self._limits.distance_mm) / self._limits.distance_tolerance_mm
-        return np.argsort(error, kind="stable")[:_STARTS].tolist()
+        found: list[int] = np.argsort(error, kind="stable")[:_STARTS].tolist()
+        return found
 
     def _reached(
         self, lumen: DistalPathway, context: DistalContext, bound: Array, free: Array, point: Array,

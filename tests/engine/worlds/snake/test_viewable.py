@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vfix_engine.arrays import Array, BoolArray
+from vfix_engine.arrays import Array, BoolArray, IntArray
 from vfix_engine.errors import InputError, PathwayError
 from vfix_engine.geometry.curve import Curve
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -55,7 +55,7 @@ def still(folded: TriangleMesh) -> Viewable:
     return viewable_wall(folded, pathway(WIDE), SNAKE, SETTINGS)
 
 
-def viewed_by(mesh: TriangleMesh, camera: Array, triangles: Array, limits: ViewLimits) -> BoolArray:
+def viewed_by(mesh: TriangleMesh, camera: Array, triangles: IntArray, limits: ViewLimits) -> BoolArray:
     """By the paper's words and every triangle of the mesh (Möller & Trumbore 1997), without Embree."""
     corner, one, two = mesh.triangles[:, 0], *np.moveaxis(mesh.triangles[:, 1:] - mesh.triangles[:, :1], 1, 0)
     found = np.zeros(len(triangles), dtype=bool)
