@@ -41,7 +41,7 @@ _UNLIMITED = 20.0  # [rad/s] of the joints: no step of a shape is cut by it
 _ATTEMPTS = 1  # to come again with other shapes, after the first hold
 _STARTS = 1  # configurations from which a view of a place is searched
 _WAY = 80  # configurations of a way at most
-_BETTER = 0.95  # error of a view with which a search is content
+_SAME_VIEW, _SAME_MM = math.cos(math.radians(3.0)), 1.0  # cosine and distance of cameras that count as the same
 _APART_MM = 4.0  # a place so near to one that is not viewed from a depth is not tried there
 _BEHIND_MM, _AHEAD_MM, _ASIDE_MM = 25.0, 40.0, 55.0  # of the tip, and from it: places that are tried from a depth
 _EYES_MM = (-20.0, -15.0, -10.0, -5.0, 0.0, 5.0, 10.0, 15.0)  # from the tip along the curve; see ``_in_sight``
@@ -251,12 +251,15 @@ class _Search:
             if not left[k] or self._view[triangle] >= 0:
                 continue
             point = self._wall.centre[triangle].copy()
-            starts = [pool[j] for j in self._nearest(cameras, point)]
-            reached = self._reached(lumen, context, bound, free, point, starts)
-            if reached is not None:
+            for j in self._nearest(cameras, point):
+                reached = self._reached(lumen, context, bound, free, point, pool[j])
+                if reached is None:
+                    continue
                 pool.append(reached)
                 cameras = np.concatenate([cameras, reached.camera[None, :3, 2:]])
                 self._taken(reached, rests)
+                if self._view[triangle] >= 0:
+                    break
             if self._view[triangle] < 0 and near is not None:
                 left[near.query_ball_point(point, _APART_MM)] = False
 
@@ -284,24 +287,26 @@ class _Search:
         return found
 
     def _reached(
-        self, lumen: DistalPathway, context: DistalContext, bound: Array, free: Array, point: Array,
-        starts: list[_Reached],
-    ) -> _Reached | None:  # fmt: skip
-        """A configuration from which a point is viewed, searched from one of several; certified."""
+        self, lumen: DistalPathway, context: DistalContext, bound: Array, free: Array, point: Array, start: _Reached
+    ) -> _Reached | None:
+        """The configuration nearest to a view of a point that a search from another one finds; None: no other one."""
         limits, drive = self._limits, self._drive
         goal = ViewGoal(
             point, limits.distance_mm, limits.distance_tolerance_mm, math.radians(limits.angle_deg),
             drive.snake.camera_offset_mm,
         )  # fmt: skip
-        for start in starts:
-            count, error = view_path(lumen, self._points, goal, free, start.q, self._way)
-            if error > _BETTER or not count:
-                continue
-            made = self._certified(context, bound, start.q, self._way[:count].copy())
-            if made:
-                bends = (*start.bends, *(after - context.rest for after in made))
-                return _Reached(made[-1], drive.distal.camera(made[-1], context.base), bends)
-        return None
+        count, _ = view_path(lumen, self._points, goal, free, start.q, self._way)
+        if not count:
+            return None
+        camera = drive.distal.camera(self._way[count - 1], context.base)
+        cosine = float(camera[:3, 2] @ start.camera[:3, 2])
+        if cosine > _SAME_VIEW and float(np.linalg.norm(camera[:3, 3] - start.camera[:3, 3])) < _SAME_MM:
+            return None
+        made = self._certified(context, bound, start.q, self._way[:count].copy())
+        if not made:
+            return None
+        bends = (*start.bends, *(after - context.rest for after in made))
+        return _Reached(made[-1], drive.distal.camera(made[-1], context.base), bends)
 
     def _certified(self, context: DistalContext, bound: Array, q: Array, way: Array) -> list[Array]:
         """Of a way (n, 2L') from q the certified part: its end alone where the straight motion there is."""
