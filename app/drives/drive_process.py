@@ -30,6 +30,7 @@ T = TypeVar("T", bound=Snapshot)
 
 SILENT_S = 2.0  # a process without a new snapshot for this long hangs; one at rest publishes several a second
 _ENDED = "The control process ended. Start the rehearsal again."
+_NOT_WANTED = "the start is not wanted any more"
 _LOG = logging.getLogger(__name__)
 
 
@@ -75,10 +76,11 @@ class DriveProcess(Generic[P, T]):
             self.control, self.preset = control, preset
 
     def tell(self, words: str) -> None:
-        """Show how far the start is, on a preparation's thread; ignored once it has ended."""
+        """Show how far the start is, on a preparation's thread. Raises ControlError once nobody waits for it."""
         with self._lock:
-            if self._state == "starting":
-                self._words = words
+            if self._state != "starting":
+                raise ControlError(_NOT_WANTED)
+            self._words = words
 
     def _compiling(self, generation: int, count: int) -> None:
         if generation == self._generation:
@@ -104,7 +106,7 @@ class DriveProcess(Generic[P, T]):
             process = _process(prepared)
             with self._lock:
                 if generation != self._generation:
-                    raise ControlError("the start is not wanted any more")
+                    raise ControlError(_NOT_WANTED)
                 self._coming = process
             process.start()
             process.wait_ready(heard=partial(self._compiling, generation))
