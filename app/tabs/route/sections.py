@@ -58,6 +58,16 @@ class ContourList(TypedDict):
     words: str
 
 
+class WallViewsSection(TypedDict):
+    """The viewable share of the wall up to depth_mm, None until it is computed. shown: tinted in the scene."""
+
+    state: Literal["none", "computing", "ready", "failed"]
+    words: str
+    share: float | None
+    depth_mm: float | None
+    shown: bool
+
+
 class RouteSection(TypedDict):
     """The open route; lengths in mm. links: None for as many as the way needs. bound_mm: None by the lumen's radius.
 
@@ -96,8 +106,8 @@ class RoutePathSection(TypedDict):
     """What was computed of the open route; lengths in mm.
 
     words: why it failed. reach_mm: how deep the tip comes; limit, reach_words: what ends its way. offers: what would
-    come deeper. behind_wall, behind_mm: share of the pathway's surface behind the wall, and how deep at most. s_mm,
-    radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
+    come deeper. behind_share, behind_mm: how much of the pathway's surface is behind the wall, and how deep at most.
+    s_mm, radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
     """
 
     state: Literal["none", "computing", "ready", "failed"]
@@ -108,7 +118,7 @@ class RoutePathSection(TypedDict):
     reach_words: str
     limit: Literal["", "end", "links", "narrow", "bound", "shape"]
     offers: list[ReachOfferView]
-    behind_wall: float | None
+    behind_share: float | None
     behind_mm: float | None
     least_mm: float | None
     least_at_mm: float | None
@@ -118,9 +128,10 @@ class RoutePathSection(TypedDict):
 
 
 class RouteSections(TypedDict):
-    """Routes of a lumen, the open one, its pathway and the pathway's contours."""
+    """Routes of a lumen, the open one, its pathway, the pathway's contours, and what can be viewed."""
 
     routes: RouteList
     route: RouteSection | None
     route_path: RoutePathSection
     route_contours: ContourList
+    route_views: WallViewsSection

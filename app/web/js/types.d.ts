@@ -47,7 +47,7 @@ export interface JobsSection {
 /** A waiting or running job, as in REST; REST alone has `result` and `error`, at its end. */
 export interface JobEntry {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures" | "endoscope" | "swept" | "route";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures" | "endoscope" | "swept" | "route" | "viewable";
   case_id: string | null;
   subject: string;
   document_id: string | null;
@@ -720,8 +720,8 @@ export interface MarkView {
  * What was computed of the open route; lengths in mm.
  *
  * words: why it failed. reach_mm: how deep the tip comes; limit, reach_words: what ends its way. offers: what would
- * come deeper. behind_wall, behind_mm: share of the pathway's surface behind the wall, and how deep at most. s_mm,
- * radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
+ * come deeper. behind_share, behind_mm: how much of the pathway's surface is behind the wall, and how deep at most.
+ * s_mm, radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
  */
 export interface RoutePathSection {
   state: "none" | "computing" | "ready" | "failed";
@@ -732,7 +732,7 @@ export interface RoutePathSection {
   reach_words: string;
   limit: "" | "end" | "links" | "narrow" | "bound" | "shape";
   offers: ReachOfferView[];
-  behind_wall: number | null;
+  behind_share: number | null;
   behind_mm: number | null;
   least_mm: number | null;
   least_at_mm: number | null;
@@ -776,6 +776,15 @@ export interface ContourView {
   by_hand: boolean;
   cut_mm: number;
   behind_mm: number | null;
+}
+
+/** The viewable share of the wall up to depth_mm, None until it is computed. shown: tinted in the scene. */
+export interface WallViewsSection {
+  state: "none" | "computing" | "ready" | "failed";
+  words: string;
+  share: number | null;
+  depth_mm: number | null;
+  shown: boolean;
 }
 
 /** The registrations of the open case. */
@@ -1331,7 +1340,7 @@ export interface ErrorMessage {
  */
 export interface JobPublic {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures" | "endoscope" | "swept" | "route";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures" | "endoscope" | "swept" | "route" | "viewable";
   case_id: string | null;
   subject: string;
   document_id: string | null;
@@ -2166,6 +2175,7 @@ export interface ViewModel {
   route?: RouteSection | null;
   route_contours?: ContourList;
   route_path?: RoutePathSection;
+  route_views?: WallViewsSection;
   routes?: RouteList;
   scene?: SceneSection;
   scope?: ScopeSection | null;
@@ -2665,6 +2675,9 @@ export interface Commands {
   };
   "route.undo": {
     revision?: number | null;
+  };
+  "route.viewable": {
+    shown?: boolean | null;
   };
   "second_volume.lay": {
     case_id: string;
