@@ -16,18 +16,16 @@ import cv2
 import numpy as np
 
 from app.commands.head_options import say_notes
+from app.commands.lumen_options import lumen_surface, lumen_tissue, place, read_landmarks
 from app.commands.lumen_task import add_task, run_task
 from app.extras import has_app
 from app.settings import Settings
 from vfix_engine.arrays import Array
-from vfix_engine.errors import FrameError, InputError, MeshError, VfixError
-from vfix_engine.files.frame_report import FRAMES, MM_PER_UNIT, FrameReport
-from vfix_engine.files.mesh_files import read_mesh, write_ply
+from vfix_engine.errors import InputError, VfixError
+from vfix_engine.files.frame_report import FRAMES, MM_PER_UNIT
+from vfix_engine.files.mesh_files import write_ply
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.json_text import parse_json
-from vfix_engine.pathway.pathway import TissueMotion
 from vfix_engine.pathway.pathway_surface import pathway_surface
-from vfix_engine.pathway.tissue_motion import breathing, peristalsis, together
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.worlds.snake import DriveSpec
 from vfix_engine.worlds.snake.offline.drive_lumen import OPERATORS, DriveReport, DriveSettings, Shot, drive_lumen
@@ -39,12 +37,6 @@ from vfix_engine.worlds.snake.stepping.state import SnakeState
 
 if TYPE_CHECKING:  # a drive without a store keeps no run
     from app.commands.recorded_run import RecordedRun
-
-
-_ASSUMED = "the surface's file does not name its frame and unit; LPS and mm are assumed: say --frame and --unit"
-_TO_THE_HEAD = (0.0, 0.0, 1.0)
-_ENTRY_MM = 300.0  # over that way from the entrance the breathing comes in: the anus stays where it is
-_LARGEST_FILE = 1 << 20  # [byte] of landmarks
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
@@ -86,17 +78,6 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     return parser
 
 
-def place(text: str) -> Array:
-    """Three numbers with commas between them."""
-    try:
-        numbers = [float(part) for part in text.split(",")]
-    except ValueError:
-        numbers = []
-    if len(numbers) != 3 or not all(math.isfinite(number) for number in numbers):
-        raise argparse.ArgumentTypeError(f"{text!r:.60} is no place: write x,y,z in mm")
-    return np.array(numbers)
-
-
 def links(text: str) -> int | None:
     """An integer of at least 1, or None for 'auto'."""
     if text == "auto":
@@ -120,9 +101,9 @@ def run(args: argparse.Namespace) -> int:
         return run_task(args)
     if args.pathway is not None and args.pathway.suffix.lower() != ".ply":
         raise InputError(f"the pathway is written as .ply, not to {args.pathway.name}")
-    mesh, read = _surface(args.surface, args.frame, args.unit)
-    if read.assumed:
-        print(f"vfix: warning: {_ASSUMED}", file=sys.stderr, flush=True)
+    mesh, assumed = lumen_surface(args.surface, args.frame, args.unit)
+    if assumed is not None:
+        print(f"vfix: warning: {assumed}", file=sys.stderr, flush=True)
     file, landmarks = _landmarks(args.landmarks, args.surface)
     preset = None if args.preset is None else PRESETS[args.preset]
     settings = _settings(args)
@@ -134,7 +115,7 @@ def run(args: argparse.Namespace) -> int:
     try:
         report = drive_lumen(
             mesh, args.start, args.end, count, landmarks, args.operator, settings, album, snake=snake,
-            tissue=_tissue(args.breathing, args.peristalsis), seed=args.seed,
+            tissue=lumen_tissue(args.breathing, args.peristalsis), seed=args.seed,
             anyway=args.anyway, record=recording.begin,
             progress=lambda words: print(f"vfix: {words}", file=sys.stderr, flush=True),
         )  # fmt: skip
@@ -145,11 +126,11 @@ def run(args: argparse.Namespace) -> int:
     result |= {"arm": settings.arm, "certified": settings.arm == "certified"}
     result |= {"preset": None} if preset is None else preset.report()
     result["run"] = recording.keep()
-    result["surface_assumed"] = _ASSUMED if read.assumed else None
+    result["surface_assumed"] = assumed
     result["pictures"] = [] if album is None else album.files
     result["pathway"] = _written(args.pathway, report)
-    if read.assumed:
-        result["warnings"] = [_ASSUMED, *result["warnings"]]
+    if assumed is not None:
+        result["warnings"] = [assumed, *result["warnings"]]
     if args.json:
         print(json.dumps(result, allow_nan=False))
     else:
@@ -196,16 +177,6 @@ class RunRecording:
         """The drive has failed, and what was written of it with it."""
         if self._run is not None:
             self._run.drop()
-
-
-def _tissue(breathing_mm: float | None, peristalsis_share: float | None) -> TissueMotion | None:
-    """The motion of the pathway; None for a static one."""
-    motions: list[TissueMotion] = []
-    if breathing_mm is not None:
-        motions.append(breathing(_TO_THE_HEAD, breathing_mm, falloff_s=_ENTRY_MM))
-    if peristalsis_share is not None:
-        motions.append(peristalsis(peristalsis_share))
-    return together(*motions) if motions else None
 
 
 def _written(file: Path | None, report: DriveReport) -> str | None:
@@ -280,13 +251,6 @@ def _turned(shot: Shot) -> int:
     return round(math.degrees(view_of(straight, shot.camera[:3, 2]).turned))
 
 
-def _surface(path: Path, frame: str | None, unit: str | None) -> tuple[TriangleMesh, FrameReport]:
-    try:
-        return read_mesh(path, frame, unit, assume=True)
-    except (MeshError, FrameError) as error:
-        raise type(error)(f"{path.name}: {error}") from error
-
-
 def _landmarks(given: str | None, surface: Path) -> tuple[str | None, dict[str, Array]]:
     """The file of the landmarks, by default one beside the surface, and their positions (3,) by name."""
     if given == "none":
@@ -298,37 +262,6 @@ def _landmarks(given: str | None, surface: Path) -> tuple[str | None, dict[str, 
         names = ", ".join(sorted(file.name for file in beside))
         raise InputError(f"landmarks may be in {names}: say which with --landmarks FILE, or --landmarks none")
     return (beside[0].name, read_landmarks(beside[0])) if beside else (None, {})
-
-
-def read_landmarks(file: Path) -> dict[str, Array]:
-    """Positions by name from JSON: an object `landmarks` with [x, y, z] or an object with `lps` per name.
-
-    Raises:
-        InputError: an unreadable or malformed file.
-    """
-    try:
-        with file.open("rb") as stream:
-            data = stream.read(_LARGEST_FILE + 1)
-        content = parse_json(data) if len(data) <= _LARGEST_FILE else None
-    except OSError as error:
-        raise InputError(f"{file.name} cannot be read: {error.strerror}") from error
-    except ValueError as error:
-        raise InputError(f"{file.name} is no JSON: {error}") from None
-    marks = content.get("landmarks") if isinstance(content, dict) else None
-    if not isinstance(marks, dict):
-        raise InputError(f"{file.name} has no object 'landmarks'")
-    return {name: _landmark(file, name, mark) for name, mark in marks.items()}
-
-
-def _landmark(file: Path, name: str, mark: object) -> Array:
-    numbers = mark.get("lps") if isinstance(mark, dict) else mark
-    if not isinstance(numbers, list) or len(numbers) != 3 or not all(_is_finite(number) for number in numbers):
-        raise InputError(f"{file.name}: the landmark {name!r:.60} is no place [x, y, z] in LPS mm")
-    return np.array(numbers, dtype=np.float64)
-
-
-def _is_finite(number: object) -> bool:
-    return isinstance(number, int | float) and not isinstance(number, bool) and math.isfinite(number)
 
 
 def _print_for_people(result: Mapping[str, Any]) -> None:

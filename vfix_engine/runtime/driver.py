@@ -10,7 +10,7 @@ from ..arrays import Array
 from .background import NoWorker, PackedResult, Workers
 from .command import COMMAND_SIZE, Command, command_to_row
 from .operator import Act
-from .requests import Request, Reset
+from .requests import Note, Request, Reset
 from .settings import WorldSettings
 from .system import System
 
@@ -83,7 +83,7 @@ class Driver(Generic[S]):
         if isinstance(request, Reset):
             self.state = self.system.start()
             self._workers.forget()
-        else:
+        elif not isinstance(request, Note):
             self.state = self.system.apply(self.state, request)
         if self.log is not None:
             self.log.event("request", request)

@@ -5,7 +5,9 @@ A world can define its own requests: any frozen dataclass derived from ``Request
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from .control_mode import Control
 from .settings import WorldSettings
@@ -53,3 +55,14 @@ class Bend(Request):
     """Move the manipulated joints to ``goal`` (2L',) in rad from the conforming shape; ends like ``Straighten``."""
 
     goal: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Note(Request):
+    """What is recorded with the run at its step and changes nothing, such as a task that begins.
+
+    kind: by which readers find it; content: JSON's types.
+    """
+
+    kind: str
+    content: Mapping[str, Any]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from app.cli import main
-from app.commands.lumen import read_landmarks
+from app.commands.lumen_options import read_landmarks
 from app.services import build_services
 from app.settings import Settings
 from vfix_engine.anatomy.lumen.synthetic import synthetic_colon, synthetic_course, write_stl

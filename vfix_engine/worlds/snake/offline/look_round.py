@@ -237,7 +237,7 @@ def _there_and_back(
     """Along a path, and back by the same path."""
     gone: list[Array] = []
     for bend in bends:
-        yield from _to(drive, bend, stop)
+        yield from bend_to(drive, bend, stop)
         gone.append(drive.bend)
         if np.abs(drive.bend - bend).max() > _REACHED:
             break
@@ -246,7 +246,8 @@ def _there_and_back(
     yield from _back(drive, gone)
 
 
-def _to(drive: DriveView, bend: Array, stop: Stop | None = None) -> Iterator[Order]:
+def bend_to(drive: DriveView, bend: Array, stop: Stop | None = None) -> Iterator[Order]:
+    """Bend the distal links to a difference (2L',) rad from the conforming shape, until they are there or held."""
     held, command = 0, SnakeCommand(bend=tuple(float(value) for value in bend))
     least = left = float(np.abs(drive.bend - bend).max())
     while held < STUCK and left > _REACHED:
@@ -257,14 +258,15 @@ def _to(drive: DriveView, bend: Array, stop: Stop | None = None) -> Iterator[Ord
 
 def _back(drive: DriveView, trail: list[Array]) -> Iterator[Order]:
     """Straight again; where the straight path there is held, by the bends that led here."""
-    yield from _straighten(drive)
+    yield from straighten(drive)
     if not drive.straight:
         for bend in reversed(trail):
-            yield from _to(drive, bend)
-        yield from _straighten(drive)
+            yield from bend_to(drive, bend)
+        yield from straighten(drive)
 
 
-def _straighten(drive: DriveView) -> Iterator[Order]:
+def straighten(drive: DriveView) -> Iterator[Order]:
+    """Bring the distal links back to the conforming shape, until they are there or held."""
     dt, held, least = max(drive.settings.step_s, _STEP_S), 0, math.inf
     while held < STUCK and not drive.straight:
         yield Order(SnakeCommand(straighten=True), dt)

@@ -18,7 +18,18 @@ from .drive_view import DriveView
 from .look_round import PASSED_MM, STUCK, Order, Retry, Stop, look_round, planned
 from .script import ScriptSystem, act_of
 
-__all__ = ["OPERATORS", "Order", "Retry", "SnakeOperator", "Stop", "adversarial", "attacked", "scripted"]
+__all__ = [
+    "OPERATORS",
+    "Order",
+    "Retry",
+    "SnakeOperator",
+    "Stop",
+    "adversarial",
+    "attacked",
+    "go_to",
+    "insert_to",
+    "scripted",
+]
 
 OPERATORS = ("scripted", "adversarial")
 
@@ -61,7 +72,7 @@ def scripted(stops: Sequence[Stop], target_s: float, with_plan: bool = True) -> 
 
 def inserted(target_s: float, attempts: int) -> SnakeOperator:
     """Insert to ``target_s``, and nothing else; where it is held, draw back and come again ``attempts`` times."""
-    return SnakeOperator(partial(_insert, to_s=target_s, attempts=attempts))
+    return SnakeOperator(partial(insert_to, to_s=target_s, attempts=attempts))
 
 
 def adversarial(steps: int, seed: int = 0) -> SnakeOperator:
@@ -87,7 +98,7 @@ def _scripted(drive: DriveView, stops: Sequence[Stop], target_s: float, with_pla
     for stop in sorted(stops, key=lambda one: one.s_mm):
         if stop.s_mm > target_s + 1e-9:
             break
-        yield from _insert(drive, stop.s_mm)
+        yield from insert_to(drive, stop.s_mm)
         if drive.tip_s < min(stop.s_mm, drive.length_mm) - 1e-6:
             return
         yield Order(SnakeCommand(), settings.step_s, "arrived", stop)
@@ -95,18 +106,18 @@ def _scripted(drive: DriveView, stops: Sequence[Stop], target_s: float, with_pla
             if with_plan:
                 yield from _to_the_best_place(drive, stop, target_s)
             yield from look_round(drive, stop, with_plan)
-    yield from _insert(drive, target_s)
+    yield from insert_to(drive, target_s)
 
 
-def _insert(drive: DriveView, to_s: float, attempts: int = len(_COME_AGAIN)) -> Iterator[Order]:
+def insert_to(drive: DriveView, to_s: float, attempts: int = len(_COME_AGAIN)) -> Iterator[Order]:
     """Forwards; where it is held, back and again."""
-    yield from _go(drive, to_s)
+    yield from go_to(drive, to_s)
     # A path that moves may be shorter than it was: its end is the end.
     while drive.tip_s < min(to_s, drive.length_mm) - 1e-6:
         passed = yield from _come_again(drive, to_s, attempts)
         if not passed:
             return
-        yield from _go(drive, to_s)
+        yield from go_to(drive, to_s)
 
 
 def _come_again(drive: DriveView, to_s: float, attempts: int = len(_COME_AGAIN)) -> Generator[Order, None, bool]:
@@ -117,11 +128,11 @@ def _come_again(drive: DriveView, to_s: float, attempts: int = len(_COME_AGAIN))
     for back, share in _COME_AGAIN[:attempts]:
         drive.plan_anew(share * usual)
         before, goal = drive.tip_s, max(at - back, 0.0)
-        yield from _go(drive, goal)
+        yield from go_to(drive, goal)
         began, back_held = drive.tip_s, None if drive.tip_s <= goal + 1e-6 else _held_by(drive)
         drive.plan_anew(share * usual)
         beyond = min(at + PASSED_MM, to_s, drive.length_mm)
-        yield from _go(drive, beyond)
+        yield from go_to(drive, beyond)
         passed = drive.tip_s >= beyond - 1e-6
         retry = Retry(
             at, why, max(before - began, 0.0), share * usual, passed, (x, y, z), back_held,
@@ -138,7 +149,7 @@ def _held_by(drive: DriveView) -> str:
     return drive.state.held_by or "steps that hardly move it"
 
 
-def _go(drive: DriveView, to_s: float) -> Iterator[Order]:
+def go_to(drive: DriveView, to_s: float) -> Iterator[Order]:
     """Forwards or backwards, until the tip is there or held."""
     settings, held, same, still = drive.settings, 0, 0, drive.pathway.motion is None
     usual = settings.insertion_step_mm / settings.insertion_mm_per_s  # [s]
@@ -162,13 +173,13 @@ def _to_the_best_place(drive: DriveView, stop: Stop, target_s: float) -> Iterato
             return
         if not 0.0 < place <= min(target_s, drive.length_mm):
             continue
-        yield from _go(drive, place)
+        yield from go_to(drive, place)
         if abs(drive.tip_s - place) > 1e-6 or not drive.can_look:
             continue
         found = _worst_side(drive)
         if found > best:
             best_s, best = place, found
-    yield from _go(drive, best_s)
+    yield from go_to(drive, best_s)
 
 
 def _worst_side(drive: DriveView) -> float:

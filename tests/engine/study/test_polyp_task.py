@@ -1,0 +1,206 @@
+"""Polyps of study I: what counts as viewed, how long, and where they are, against poses made by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from vfix_engine.anatomy.lumen.synthetic import synthetic_colon, synthetic_course
+from vfix_engine.arrays import Array
+from vfix_engine.errors import InputError
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.pathway.tissue_motion import breathing, peristalsis
+from vfix_engine.study.polyps.aiming import aim_at
+from vfix_engine.study.polyps.placing import WallPlaces, placed
+from vfix_engine.study.polyps.progress import PolypProgress
+from vfix_engine.study.polyps.sight import LumenSight
+from vfix_engine.study.polyps.task import PROUD_MM, Polyp, PolypTask, at_rest
+
+
+def looking(eye: tuple[float, float, float], turn_deg: float = 0.0) -> Array:
+    """A camera (4, 4) that looks along +z of the patient, turned about its y axis, its y axis down in the picture."""
+    turn = math.radians(turn_deg)
+    camera = np.eye(4)
+    camera[:3, 0] = (math.cos(turn), 0.0, -math.sin(turn))
+    camera[:3, 2] = (math.sin(turn), 0.0, math.cos(turn))
+    camera[:3, 3] = eye
+    return camera
+
+
+def polyp(s_mm: float, z: float = 0.0) -> Polyp:
+    """A polyp whose middle is on the z axis, its wall below."""
+    return Polyp(s_mm, (0.0, -PROUD_MM, z), (0.0, 1.0, 0.0), (0.0, 10.0, z))
+
+
+def task(*polyps: Polyp, end_mm: float = 1000.0) -> PolypTask:
+    return PolypTask(polyps or (polyp(100.0),), 0.0, end_mm)
+
+
+def free(eye: Array, index: int, t: float) -> bool:
+    return True
+
+
+@pytest.mark.parametrize(("distance", "within"), [(7.9, False), (8.1, True), (15.0, True), (21.9, True), (22.1, False)])
+def test_a_target_is_within_15_and_7_mm(distance: float, within: bool) -> None:
+    aim = aim_at(looking((0.0, 0.0, -distance)), np.zeros(3))
+    assert aim.distance_mm == pytest.approx(distance)
+    assert aim.angle_deg == pytest.approx(0.0)
+    assert aim.within is within
+
+
+@pytest.mark.parametrize(
+    ("turn", "within"), [(19.9, True), (-19.9, True), (20.1, False), (-20.1, False), (90.0, False), (180.0, False)]
+)
+def test_a_target_is_within_20_degrees_of_the_optical_axis(turn: float, within: bool) -> None:
+    aim = aim_at(looking((0.0, 0.0, -15.0), turn), np.zeros(3))
+    assert aim.angle_deg == pytest.approx(abs(turn))
+    assert aim.within is aim.framed is within  # the frame touches the circle of the angle
+
+
+def test_a_target_in_the_corner_of_the_frame_is_more_than_20_degrees_off() -> None:
+    side = math.tan(math.radians(18.0))
+    aim = aim_at(looking((0.0, 0.0, 0.0)), 13.0 * np.array([side, side, 1.0]))
+    assert aim.framed
+    assert aim.angle_deg == pytest.approx(24.7, abs=0.1)
+    assert not aim.within
+
+
+def test_the_marker_goes_from_blue_to_yellow_gradually() -> None:
+    best = aim_at(looking((0.0, 0.0, -15.0)), np.zeros(3))
+    half = aim_at(looking((0.0, 0.0, -18.5)), np.zeros(3))
+    aside = aim_at(looking((0.0, 0.0, -15.0), 15.0), np.zeros(3))
+    assert (best.accuracy, half.accuracy) == (pytest.approx(1.0), pytest.approx(0.5))
+    assert aside.accuracy == pytest.approx(0.25)
+    assert aim_at(looking((0.0, 0.0, -22.0001)), np.zeros(3)).accuracy == 0.0
+    assert aim_at(looking((0.0, 0.0, -21.9999)), np.zeros(3)).accuracy == pytest.approx(0.0, abs=1e-4)
+
+
+def held(progress: PolypProgress, given: PolypTask, camera: Array, until: float, dt: float = 0.5) -> PolypProgress:
+    targets = given.targets()
+    for t in np.arange(progress.t + dt, until + 1e-9, dt):
+        progress = progress.step(given, camera, 80.0, float(t), targets, free)
+    return progress
+
+
+def test_a_polyp_is_cleared_by_seven_seconds_in_one_piece() -> None:
+    given, there, away = task(), looking((0.0, 0.0, -18.0), 5.0), looking((0.0, 0.0, -30.0))
+    progress = held(PolypProgress.at_start(given), given, there, 6.5)
+    assert progress.held_s == pytest.approx(6.0)  # from the first step at whose end it was viewed
+    assert progress.marker == pytest.approx(1.0 - 3.0 / 7.0)
+    progress = held(progress, given, away, 7.0)
+    assert (progress.held_s, progress.marker, progress.viewed, progress.viewings[0].lost) == (0.0, 0.0, False, 1)
+    progress = held(progress, given, there, 14.0)
+    assert progress.cleared == 0  # 6.0 and 6.5 s, but in two pieces
+    progress = held(progress, given, there, 14.5)
+    viewing = progress.viewings[0]
+    assert (progress.cleared, viewing.cleared_t, viewing.lost) == (1, pytest.approx(14.5), 1)
+    assert viewing.viewed_s == pytest.approx(13.0)
+    assert viewing.distance_mm_s / viewing.viewed_s == pytest.approx(3.0)
+    assert viewing.angle_deg_s / viewing.viewed_s == pytest.approx(5.0)
+    after = held(progress, given, away, 20.0)
+    assert after.viewings == progress.viewings  # what is cleared is not lost
+    assert after.target is None
+
+
+def test_progress_depends_on_time_and_not_on_the_steps() -> None:
+    given, there = task(), looking((0.0, 0.0, -12.0), 8.0)
+    started = held(PolypProgress.at_start(given), given, there, 0.5)
+    coarse, fine = held(started, given, there, 5.5, 0.5), held(started, given, there, 5.5, 0.001)
+    assert coarse.held_s == pytest.approx(fine.held_s) == pytest.approx(5.0)
+    assert coarse.viewings[0].distance_mm_s == pytest.approx(fine.viewings[0].distance_mm_s)
+    with pytest.raises(InputError, match="begin with PolypProgress"):
+        coarse.step(given, there, 80.0, 1.0, given.targets(), free)
+
+
+def test_a_wall_between_camera_and_polyp_hides_it() -> None:
+    given, there = task(), looking((0.0, 0.0, -15.0))
+    asked: list[int] = []
+
+    def hidden(eye: Array, index: int, t: float) -> bool:
+        asked.append(index)
+        return False
+
+    start = PolypProgress.at_start(given)
+    progress = start.step(given, there, 80.0, 1.0, given.targets(), hidden)
+    assert (progress.viewed, progress.marker, asked) == (False, 0.0, [0])
+    assert progress.aim is not None
+    assert progress.aim.within
+    start.step(given, looking((0.0, 0.0, -40.0)), 80.0, 1.0, given.targets(), hidden)
+    assert asked == [0]  # nobody asks about what is out of the tolerances
+
+
+def test_the_nearest_polyp_ahead_is_aimed_at_and_one_that_is_seen_before_it() -> None:
+    given = task(polyp(100.0, 0.0), polyp(170.0, 70.0), end_mm=200.0)
+    far = looking((0.0, 0.0, -100.0))
+    start, targets = PolypProgress.at_start(given), given.targets()
+    assert start.step(given, far, 60.0, 0.1, targets, free).target == 0
+    assert start.step(given, far, 125.0, 0.1, targets, free).target == 1
+    assert start.step(given, looking((0.0, 0.0, -15.0)), 150.0, 0.1, targets, free).target == 0
+    missed = start.step(given, far, 199.0, 0.1, targets, free).step(given, far, 200.0, 0.2, targets, free)
+    assert (missed.completed, missed.reached_t, missed.cleared) == (True, 0.2, 0)
+    assert missed.step(given, far, 10.0, 9.0, targets, free) is missed
+
+
+def test_polyps_move_with_the_wall() -> None:
+    one = Polyp(300.0, (12.0, 0.0, 50.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 50.0))
+    given = PolypTask((one,), 0.0, 900.0)
+    assert given.targets().tolist() == [[10.0, 0.0, 50.0]]
+    assert given.targets(breathing((0.0, 0.0, 1.0), 8.0), 2.0)[0] == pytest.approx([10.0, 0.0, 58.0])
+    narrowed = peristalsis(0.2, 100.0, 0.0)  # the wave's crest is where s is a multiple of its length
+    assert given.targets(narrowed, 3.0)[0] == pytest.approx([8.0, 0.0, 50.0])
+    moved = given.targets(narrowed, 3.0)[0]
+    assert at_rest(one, moved, narrowed, 3.0) == pytest.approx(one.target)
+
+
+def test_a_task_is_written_and_read() -> None:
+    given = PolypTask((polyp(100.0), polyp(200.0, 3.0)), 80.0, 700.0, "ascending", 4, 0.75)
+    assert PolypTask.from_dict(given.to_dict()) == given
+    with pytest.raises(InputError, match="no task of polyps"):
+        PolypTask.from_dict({"polyps": [{"s_mm": 1.0}]})
+
+
+@pytest.fixture(scope="module")
+def colon() -> TriangleMesh:
+    return synthetic_colon()
+
+
+@pytest.fixture(scope="module")
+def places(colon: TriangleMesh) -> WallPlaces:
+    return WallPlaces.of(colon, synthetic_course().curve)
+
+
+def test_a_place_is_a_triangle_with_its_part_of_the_curve(colon: TriangleMesh, places: WallPlaces) -> None:
+    one = places.polyp(len(places.s) // 2)
+    assert len(places.s) == len(colon.faces)
+    assert np.linalg.norm(one.normal) == pytest.approx(1.0)
+    assert np.array(one.normal) @ (np.array(one.axis) - one.wall) > 0.0
+    assert np.linalg.norm(one.target - one.wall) == pytest.approx(PROUD_MM)
+    assert synthetic_course().curve.position(one.s_mm) == pytest.approx(np.array(one.axis))
+
+
+def test_one_polyp_is_drawn_in_each_part_of_the_way_among_the_viewable_places(places: WallPlaces) -> None:
+    viewable = places.wall.centre[:, 1] < places.axis[:, 1]
+    given = placed(places, viewable, 100.0, 500.0, seed=3)
+    assert [int((one.s_mm - 100.0) // 40.0) for one in given.polyps] == list(range(10))
+    assert all(one.wall[1] < one.axis[1] for one in given.polyps)
+    assert given.viewable_share == pytest.approx(0.5, abs=0.1)
+    assert placed(places, viewable, 100.0, 500.0, seed=3) == given
+    assert placed(places, viewable, 100.0, 500.0, seed=4).polyps != given.polyps
+    with pytest.raises(InputError, match="between 420 and 460 mm"):
+        placed(places, viewable & ((places.s < 420.0) | (places.s >= 460.0)), 100.0, 500.0, seed=3)
+
+
+def test_a_line_of_sight_ends_at_the_wall_of_the_lumen(colon: TriangleMesh, places: WallPlaces) -> None:
+    one = places.polyp(int(np.abs(places.s - 300.0).argmin()))
+    given = PolypTask((one,), 0.0, 500.0)
+    sight = LumenSight(colon, given)
+    middle = np.array(one.axis)
+    outside = np.array(one.wall) - 5.0 * np.array(one.normal)
+    assert sight(middle, 0, 0.0)
+    assert not sight(outside, 0, 0.0)
+    motion, away = breathing((0.0, 0.0, 1.0), 20.0), np.array([0.0, 0.0, 20.0])
+    moving = LumenSight(colon, given, motion)
+    assert moving(middle + away, 0, 2.0)  # the camera moves with the tissue
+    assert not moving(outside + away, 0, 2.0)

@@ -1,0 +1,109 @@
+"""The task of study I: polyps, where they are in moving tissue, and where it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from ...arrays import Array
+from ...errors import InputError
+from ...pathway.pathway import TissueMotion
+
+HOLD_S = 7.0  # a polyp disappears when it was viewed for so long, as printed; that it is in one piece is assumed
+PROUD_MM = 2.0  # how far a polyp's middle stands out from the wall; not printed
+RADIUS_MM = 3.0  # of the drawn ball; not printed
+
+Place = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Polyp:
+    """A polyp on the wall of a lumen at rest, LPS mm.
+
+    s_mm: arc length along the curve that the robot follows. wall: the point of the wall under it; normal: unit, into
+    the lumen; axis: the point of the curve at ``s_mm``.
+    """
+
+    s_mm: float
+    wall: Place
+    normal: Place
+    axis: Place
+
+    @property
+    def target(self) -> Array:
+        """(3,) its middle at rest, which is aimed at."""
+        return np.array(self.wall) + PROUD_MM * np.array(self.normal)
+
+
+@dataclass(frozen=True)
+class PolypTask:
+    """What is to be looked at, and where the task ends.
+
+    polyps: in the order of their places along the lumen. from_mm, end_mm: the part of the way in which they are; at the
+    tip's arc length ``end_mm`` the task is completed. end_name: of the landmark there, None where it is the depth that
+    the robot reaches. seed: of the polyps. viewable_share: of the wall in that part, by area, how much this robot can
+    view, None if nobody asked; the polyps are drawn there.
+    """
+
+    polyps: tuple[Polyp, ...]
+    from_mm: float
+    end_mm: float
+    end_name: str | None = None
+    seed: int = 0
+    viewable_share: float | None = None
+
+    def targets(self, motion: TissueMotion | None = None, t: float = 0.0) -> Array:
+        """(n, 3) LPS mm, the polyps' middles at the time t in s: they move with the wall.
+
+        A polyp is displaced as the pathway is at its arc length, and drawn to the pathway's axis as its radii are.
+        """
+        rest = np.array([polyp.target for polyp in self.polyps]).reshape(-1, 3)
+        if motion is None:
+            return rest
+        axis = np.array([polyp.axis for polyp in self.polyps]).reshape(-1, 3)
+        shift, factor = motion(np.array([polyp.s_mm for polyp in self.polyps]), t)
+        moved: Array = axis + shift + factor[:, None] * (rest - axis)
+        return moved
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON's types."""
+        values = asdict(self)
+        values["polyps"] = [asdict(polyp) for polyp in self.polyps]
+        return values
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> Self:
+        """The inverse. Raises InputError for what is no such task."""
+        try:
+            polyps = tuple(
+                Polyp(float(one["s_mm"]), *(checked_place(one[key]) for key in ("wall", "normal", "axis")))
+                for one in values["polyps"]
+            )
+            share, name = values["viewable_share"], values["end_name"]
+            return cls(
+                polyps, float(values["from_mm"]), float(values["end_mm"]), None if name is None else str(name),
+                int(values["seed"]), None if share is None else float(share),
+            )  # fmt: skip
+        except (KeyError, TypeError, ValueError) as error:
+            raise InputError(f"this is no task of polyps: {error}") from error
+
+
+def at_rest(polyp: Polyp, point: Array, motion: TissueMotion | None, t: float) -> Array:
+    """(3,) where a point of the moving tissue near a polyp is when the tissue rests: the inverse of ``targets``."""
+    if motion is None:
+        return point
+    shift, factor = motion(np.array([polyp.s_mm]), t)
+    axis = np.array(polyp.axis)
+    rest: Array = axis + (point - axis - shift[0]) / factor[0]
+    return rest
+
+
+def checked_place(values: Any) -> Place:
+    """Three numbers as a place. Raises ValueError, TypeError."""
+    x, y, z = (float(value) for value in values)
+    if not np.isfinite((x, y, z)).all():
+        raise ValueError(f"{values!r:.60} is no place")
+    return x, y, z

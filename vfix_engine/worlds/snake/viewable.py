@@ -1,0 +1,356 @@
+"""The share of a lumen's wall that a snake robot can view, before any motion, and from where it views each place.
+
+The robot is inserted without a clock, as in ``reach.py``. At depths along the way, bends of its distal links are
+searched from which the camera views what is not viewed yet (``bending/view_search.py``). Every bend is reached from the
+conforming shape by motions that the certificate of the drive accepts, so that the drive can repeat them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ...arrays import Array, BoolArray, IntArray
+from ...errors import InputError
+from ...geometry.curve import Curve
+from ...geometry.mesh import TriangleMesh
+from ...pathway.limits.limits import Configuration, LinksAt
+from ...pathway.packed import PackedPathway
+from ...pathway.pathway import Pathway
+from ...robots.snake import SnakeModel
+from ...snake.bending.bending_kernel import DistalPathway
+from ...snake.bending.view_search import ViewGoal, view_path
+from ...snake.conform.conformance import conform
+from ...snake.conform.conforming import driven_curve
+from ...snake.control.tip_control import DistalContext
+from ...validate import positive
+from .offline.operators import inserted
+from .offline.snake_drive import SnakeDrive
+from .settings import DriveSettings
+from .stepping.motion import TISSUE_RESERVE_MM
+from .viewing import ViewLimits, WallSight, moved_wall
+
+EVERY_MM = 10.0  # between two depths at which views are searched
+TIMES_S = (0.0, 1.0, 2.0, 3.0)  # of a moving lumen at which a view is looked at: a breath of 4 s
+_UNLIMITED = 20.0  # [rad/s] of the joints: no step of a shape is cut by it
+_ATTEMPTS = 1  # to come again with other shapes, after the first hold
+_WAY = 80  # configurations of a way at most
+_BETTER = 0.95  # error of a view with which a search is content
+_APART_MM = 4.0  # a place so near to one that is not viewed from a depth is not tried there
+_BEHIND_MM, _AHEAD_MM, _ASIDE_MM = 25.0, 40.0, 55.0  # of the tip, and from it: places that are tried from a depth
+_EYES_MM = (-20.0, -15.0, -10.0, -5.0, 0.0, 5.0, 10.0, 15.0)  # from the tip along the curve; see ``_in_sight``
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedView:
+    """A pose of the camera that the robot can take.
+
+    tip_s: mm, arc length of the tip. bends: (n, 2L') rad off the conforming shape, the way there; the last one is the
+    view, and none is the conforming shape itself. camera: (4, 4) transform_camera_to_patient at rest.
+    """
+
+    tip_s: float
+    bends: Array
+    camera: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Viewable:
+    """What a robot can view of a wall of F triangles.
+
+    view: (F,) row in ``views`` from which a triangle's centroid is viewed best, -1: not viewable. error: (F,) of that
+    view as of ``ViewLimits.error``, infinite where there is none: 0 is ideal, 1 at a tolerance.
+    s_mm: (F,) arc length of each triangle along the driven curve; area_mm2: (F,).
+    depth_mm: that the tip reaches. counted: (F,) triangles of the wall between the entry and that depth, the
+    denominator of ``share``.
+    """
+
+    views: tuple[PlannedView, ...]
+    view: IntArray
+    error: Array
+    s_mm: Array
+    area_mm2: Array
+    depth_mm: float
+    counted: BoolArray
+    limits: ViewLimits
+
+    @property
+    def mask(self) -> BoolArray:
+        """(F,) viewable triangles."""
+        return self.view >= 0
+
+    @property
+    def share(self) -> float:
+        """Viewable share, by area, of the wall between the entry and the depth that the tip reaches."""
+        return self.share_between(0.0, math.inf)
+
+    def share_between(self, low_mm: float, high_mm: float) -> float:
+        """The same of the wall between two arc lengths; not a number where there is none."""
+        part = self.counted & (self.s_mm >= low_mm) & (self.s_mm < high_mm)
+        whole = float(self.area_mm2[part].sum())
+        return float(self.area_mm2[part & self.mask].sum()) / whole if whole > 0.0 else math.nan
+
+    def to_dict(self, bands: int = 10) -> dict[str, Any]:
+        """JSON's types only; ``along``: the share in so many equal parts of the way."""
+        edges = np.linspace(0.0, self.depth_mm, bands + 1).tolist()
+        pairs = list(zip(edges[:-1], [*edges[1:-1], math.inf], strict=True))
+        along = [self.share_between(low, high) for low, high in pairs]
+        return {
+            "share": self.share, "area_mm2": float(self.area_mm2[self.counted].sum()), "depth_mm": self.depth_mm,
+            "views": len(self.views), "along": [None if math.isnan(one) else one for one in along],
+        }  # fmt: skip
+
+
+def viewable_wall(
+    mesh: TriangleMesh,
+    pathway: Pathway,
+    snake: SnakeModel,
+    settings: DriveSettings | None = None,
+    curve: Curve | None = None,
+    slack: Array | None = None,
+    *,
+    limits: ViewLimits | None = None,
+    every_mm: float = EVERY_MM,
+    times_s: tuple[float, ...] = TIMES_S,
+    progress: Callable[[float], None] | None = None,
+) -> Viewable:
+    """Which triangles of a wall the camera of a snake can view, and from where.
+
+    A triangle that is not found viewable may be: the search is no proof. To put targets where the robot can view them,
+    draw among the triangles with ``error`` ≤ 0.8 of ``Viewable.mask``; a target at the triangle's centroid is then
+    viewed from ``views[view[triangle]]``: insert the straight robot to its ``tip_s``, then give its ``bends`` one after
+    the other as ``SnakeCommand(bend=…)`` until each is reached.
+
+    Args:
+        mesh: the lumen's wall, consistently oriented. pathway: of the lumen; where it moves, a place counts that one
+            bend views at all of ``times_s``, within the bounds less what the drive keeps for the tissue.
+        snake: the whole robot. settings: bounds, and ``manipulated``, the links that bend.
+        curve, slack: as for ``SnakeDrive``.
+        limits: tolerances of a view; None: the paper's.
+        every_mm: between two depths. progress: called with the share of the way that is done.
+
+    Raises:
+        InputError, PathwayError: as ``SnakeDrive``; a distance between depths that is not positive.
+    """
+    positive("the distance between two depths in mm", every_mm)
+    if not times_s:
+        raise InputError("a view is looked at one time at least: give times_s")
+    times = tuple(times_s) if pathway.motion is not None else (0.0,)
+    search = _Search(mesh, pathway, snake, settings or DriveSettings(), curve, slack, limits or ViewLimits(), times)
+    for share in search.along(every_mm):
+        if progress is not None:
+            progress(share)
+    return search.found()
+
+
+class _Moment(NamedTuple):
+    """Pathway, curve and wall at one time."""
+
+    packed: PackedPathway
+    curve: Curve
+    sight: WallSight
+
+
+class _Reached(NamedTuple):
+    """A configuration of the distal links (2L',) with its camera (4, 4) and the bends (n, 2L') that lead there."""
+
+    q: Array
+    camera: Array
+    bends: tuple[Array, ...]
+
+
+class _Search:
+    """The search along the way of one robot."""
+
+    def __init__(
+        self,
+        mesh: TriangleMesh,
+        pathway: Pathway,
+        snake: SnakeModel,
+        settings: DriveSettings,
+        curve: Curve | None,
+        slack: Array | None,
+        limits: ViewLimits,
+        times_s: tuple[float, ...],
+    ) -> None:
+        line, moves = driven_curve(pathway, curve), pathway.motion is not None
+        settings = replace(
+            settings, speed_max=_UNLIMITED, insertion_step_mm=settings.waypoint_mm, arm="certified", lock_bend=True,
+        )  # fmt: skip
+        still = pathway.moved(None)
+        self._drive = SnakeDrive(snake, still, settings, line, None if moves else slack, longer_allowed=True)
+        self._limits, self._reserve = limits, TISSUE_RESERVE_MM if moves else 0.0
+        self._moments = [
+            _Moment(
+                pathway.packed(t), pathway.curve(t) if moves else line, WallSight(moved_wall(mesh, pathway, t), line)
+            )
+            for t in times_s
+        ]
+        self._wall = self._moments[0].sight
+        self._line, self._s = line, self._wall.arc_lengths(line)
+        count = len(mesh.faces)
+        self._views: list[PlannedView] = []
+        self._view, self._error = np.full(count, -1, dtype=np.int64), np.full(count, np.inf)
+        points = self._drive.constants.distal_query.vertices.points
+        self._points = np.array(points, dtype=np.float64, order="C")
+        self._way = np.empty((_WAY, self._drive.distal.dof))
+        self._depth = 0.0
+
+    def along(self, every_mm: float) -> Any:
+        """Search at depths, and yield the share of the way that is done after each."""
+        drive = self._drive
+        end = min(self._line.length, drive.snake.reach_mm())
+        for depth in [*np.arange(every_mm, end, every_mm).tolist(), end]:
+            operator = inserted(depth, _ATTEMPTS)
+            while (act := operator(drive.system, drive.state)) is not None:
+                drive.act(act)
+            self._depth = max(self._depth, drive.tip_s)
+            if drive.state.pose.measured[drive.constants.first :].any():
+                self._here()
+            yield depth / end
+            if drive.tip_s < depth - 1e-6:
+                break
+
+    def found(self) -> Viewable:
+        """The result."""
+        used, place = np.unique(self._view, return_inverse=True)
+        none = int(used[0] == -1)
+        views = tuple(self._views[k] for k in used[none:])
+        counted = self._s <= self._depth
+        return Viewable(
+            views, place - none, self._error, self._s, self._wall.area, self._depth, counted, self._limits
+        )  # fmt: skip
+
+    def _here(self) -> None:
+        """Search views from the present depth."""
+        drive = self._drive
+        state, first = drive.state, drive.constants.first
+        inside, context = state.pose.measured[first:], drive.distal_context()
+        kept = np.maximum(context.bound - self._reserve, np.minimum(state.deviation.depth[first:], context.bound))
+        kept = np.where(inside, kept, np.inf)
+        bound = np.where(inside, context.bound, np.inf)
+        lumen = DistalPathway(
+            context.packed, context.query.blocks, context.window, context.base.copy(), context.rest.copy(), kept,
+            drive.snake.q_max, drive.snake.length_mm,
+        )  # fmt: skip
+        free = np.repeat(inside, 2).astype(np.float64)
+        straight = _Reached(context.rest, drive.distal.camera(context.rest, context.base), ())
+        pool = [straight]
+        rests = self._rests()
+        self._taken(straight, rests)
+        places = self._in_sight()
+        left = np.ones(len(places), dtype=bool)
+        near = cKDTree(self._wall.centre[places]) if len(places) else None
+        for k in np.argsort(self._s[places], kind="stable"):
+            triangle = int(places[k])
+            if not left[k] or self._view[triangle] >= 0:
+                continue
+            point = self._wall.centre[triangle].copy()
+            reached = self._reached(lumen, context, bound, free, point, pool)
+            if reached is not None:
+                pool.append(reached)
+                self._taken(reached, rests)
+            if self._view[triangle] < 0 and near is not None:
+                left[near.query_ball_point(point, _APART_MM)] = False
+
+    def _in_sight(self) -> IntArray:
+        """Triangles near the tip that are not viewed yet and that can be seen from the curve about there."""
+        tip_s, tip = self._drive.tip_s, self._drive.tip
+        near = self._wall.near(tip, _ASIDE_MM)
+        s = self._s[near]
+        near = near[(s > tip_s - _BEHIND_MM) & (s < tip_s + _AHEAD_MM) & (self._view[near] < 0)]
+        seen = np.zeros(len(near), dtype=bool)
+        for ahead in _EYES_MM:
+            eye = np.asarray(self._line.position(min(max(tip_s + ahead, 0.0), self._line.length)))
+            rest = np.flatnonzero(~seen)
+            seen[rest] = self._wall.free(eye, near[rest])
+        return near[seen]
+
+    def _reached(
+        self, lumen: DistalPathway, context: DistalContext, bound: Array, free: Array, point: Array,
+        pool: list[_Reached],
+    ) -> _Reached | None:  # fmt: skip
+        """The configuration from which a point is viewed, from the one of the pool that views it best; certified."""
+        limits, drive = self._limits, self._drive
+        goal = ViewGoal(
+            point, limits.distance_mm, limits.distance_tolerance_mm, math.radians(limits.angle_deg),
+            drive.snake.camera_offset_mm,
+        )  # fmt: skip
+        cameras = np.array([one.camera for one in pool])
+        ahead = point - cameras[:, :3, 3]
+        away = np.linalg.norm(ahead, axis=1)
+        cosine = np.einsum("ij,ij->i", ahead, cameras[:, :3, 2]) / away
+        off = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))) / limits.angle_deg
+        best = int(np.argmin(off + np.abs(away - limits.distance_mm) / limits.distance_tolerance_mm))
+        start = pool[best]
+        count, error = view_path(lumen, self._points, goal, free, start.q, self._way)
+        if error > _BETTER or not count:
+            return None
+        bends, q = list(start.bends), start.q
+        for after in self._certified(context, bound, q, self._way[:count].copy()):
+            bends.append(after - context.rest)
+            q = after
+        if not len(bends) > len(start.bends):
+            return None
+        return _Reached(q, drive.distal.camera(q, context.base), tuple(bends))
+
+    def _certified(self, context: DistalContext, bound: Array, q: Array, way: Array) -> list[Array]:
+        """Of a way (n, 2L') from q the certified part: its end alone where the straight motion there is."""
+
+        def taken(one: Array, other: Array) -> bool:
+            links = LinksAt(context.packed, context.window, Configuration(context.base, one), bound)
+            return self._drive.distal_limits.certify(links, Configuration(context.base, other)).taken
+
+        if taken(q, way[-1]):
+            return [way[-1]]
+        made: list[Array] = []
+        for after in way:
+            if not taken(q, after):
+                break
+            made.append(after)
+            q = after
+        return made
+
+    def _rests(self) -> list[tuple[Array, Array]]:
+        """Base and joints of the conforming shape at each later moment."""
+        shape, found = self._drive.state.pose.shape, []
+        for moment in self._moments[1:]:
+            tip_s = min(shape.tip_s, moment.curve.length)
+            moved = conform(self._drive.snake, moment.curve, tip_s, shape, None, shape.roll)
+            found.append((moved.base, moved.q))
+        return found
+
+    def _taken(self, reached: _Reached, rests: list[tuple[Array, Array]]) -> None:
+        """Take note of what is viewed from a configuration."""
+        triangles, error = self._wall.viewed(reached.camera, self._limits)
+        for moment, (base, rest) in zip(self._moments[1:], rests, strict=True):
+            camera = self._bent(moment, base, rest, reached)
+            if camera is None:
+                return
+            also, then = moment.sight.viewed(camera, self._limits)
+            both, here, there = np.intersect1d(triangles, also, assume_unique=True, return_indices=True)
+            triangles, error = both, np.maximum(error[here], then[there])
+        better = error < self._error[triangles]
+        triangles, error = triangles[better], error[better]
+        if len(triangles):
+            self._error[triangles], self._view[triangles] = error, len(self._views)
+            bends = np.array(reached.bends).reshape(-1, self._drive.distal.dof)
+            self._views.append(PlannedView(self._drive.tip_s, bends, reached.camera))
+
+    def _bent(self, moment: _Moment, base: Array, rest: Array, reached: _Reached) -> Array | None:
+        """The camera at a later moment with the same bend; None where a link is beyond its bound then."""
+        drive = self._drive
+        snake, state = drive.snake, drive.state
+        q = rest.copy()
+        if len(reached.bends):
+            q[2 * drive.constants.first :] += reached.bends[-1]
+        q = snake.clamp(q)
+        depth = drive.query.deviations(moment.packed, snake.frames(q, base), state.windows).depth
+        if (depth > np.where(state.measured, state.bound, np.inf)).any():
+            return None
+        return snake.camera(q, base)
