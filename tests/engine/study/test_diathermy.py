@@ -10,7 +10,7 @@ from vfix_engine.errors import InputError
 from vfix_engine.runtime.command import BUTTON_CUT, COMMAND_SIZE, command_to_row, no_command
 from vfix_engine.runtime.run import Run, RunWriter
 from vfix_engine.study.diathermy.labels import HALF_MM, Label, marker_on
-from vfix_engine.study.diathermy.table import measured
+from vfix_engine.study.diathermy.table import measured, task_note
 from vfix_engine.study.diathermy.task import NEAR_MM, DiathermySample, DiathermyState, first_state, followed, stepped
 from vfix_engine.worlds.snake.cavity import cavity_case
 
@@ -127,6 +127,7 @@ def test_table_iv_of_a_recorded_run(tmp_path: Path) -> None:
     case = cavity_case()
     spec = case.script()
     writer = RunWriter(tmp_path / "run", spec, spec.columns, 1)
+    writer.event("request", task_note(LABELS, 1))
     line = np.zeros(COMMAND_SIZE + len(spec.columns))
     names = [column.name for column in spec.columns]
     row = line[COMMAND_SIZE:]
@@ -139,7 +140,7 @@ def test_table_iv_of_a_recorded_run(tmp_path: Path) -> None:
             row[names.index(name)] = value
         writer.tick(line)
     writer.close()
-    found = measured(Run.read(tmp_path / "run"), LABELS)
+    found = measured(Run.read(tmp_path / "run"))
     report = found.to_dict()
     assert (report["labels_traced"], report["of"], report["beyond_bound_mm"]) == (1, 2, 0.2)
     assert report["labels"][0]["time_s"] == pytest.approx(4.0)
@@ -147,5 +148,6 @@ def test_table_iv_of_a_recorded_run(tmp_path: Path) -> None:
     assert report["labels"][1] == dict.fromkeys(("time_s", "angle_error_deg", "line_error_mm", "distance_mm"))
     np.testing.assert_allclose(found.way[:, 0], np.arange(-10.0, 10.01, 0.5))
     assert found.red.all()
-    with pytest.raises(InputError, match="no steps"):
-        measured(Run({}, {}, np.empty((0, 20)), (), True, 0), LABELS)
+    assert [label.to_dict() for label in found.labels] == [label.to_dict() for label in LABELS]
+    with pytest.raises(InputError, match="no task of study II"):
+        measured(Run({}, {}, np.empty((0, 20)), (), True, 0))

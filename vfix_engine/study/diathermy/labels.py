@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -37,6 +38,19 @@ class Label(NamedTuple):
         """(3,) a point of the label's plane; the arrow goes from −10 to +10 mm."""
         point: Array = self.centre + along_mm * self.along + across_mm * self.across
         return point
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON's types only."""
+        vectors = {name: [float(x) for x in getattr(self, name)] for name in ("centre", "normal", "along")}
+        return vectors | {"place": self.place}
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> Self:
+        """The inverse. Raises KeyError, TypeError or ValueError for other values."""
+        centre, normal, along = (
+            np.array(values[name], dtype=np.float64).reshape(3) for name in ("centre", "normal", "along")
+        )
+        return cls(centre, normal, along, str(values["place"]))
 
 
 class Marker(NamedTuple):

@@ -29,7 +29,7 @@ _DRAWS = 600  # for one label
 
 
 class PlacedLabels(NamedTuple):
-    """Labels and how they were drawn.
+    """Labels and how they were drawn, from a seed.
 
     tracings: bends that trace each line, for an oracle. drawn: places on the wall that a label fits on; untraceable: of
     these, whose line cannot be traced. unselected: of the first place drawn for each label, how many could be traced.
@@ -40,6 +40,7 @@ class PlacedLabels(NamedTuple):
     drawn: int
     untraceable: int
     unselected: int
+    seed: int
 
     def to_dict(self) -> dict[str, Any]:
         """How they were drawn, as JSON's types."""
@@ -60,7 +61,7 @@ def placed_labels(case: CavityCase, bends: BendMap, seed: int, count: int = LABE
     for number in range(count):
         first = True
         for _ in range(_DRAWS):
-            label = _drawn(case, wall, random, number, count)
+            label = drawn_label(case, wall, random, number, count)
             if label is None or any(_overlap(label, other) for other in labels):
                 continue
             drawn += 1
@@ -73,10 +74,10 @@ def placed_labels(case: CavityCase, bends: BendMap, seed: int, count: int = LABE
             first = False
         else:
             raise InputError(f"no place for label {number + 1} was found in {_DRAWS} draws: give another seed")
-    return PlacedLabels(tuple(labels), tuple(tracings), drawn, drawn - count, unselected)
+    return PlacedLabels(tuple(labels), tuple(tracings), drawn, drawn - count, unselected, seed)
 
 
-def _drawn(case: CavityCase, wall: Wall, random: np.random.Generator, number: int, count: int) -> Label | None:
+def drawn_label(case: CavityCase, wall: Wall, random: np.random.Generator, number: int, count: int) -> Label | None:
     """A label at a place that is drawn for it; None where the wall is too uneven for one."""
     share, angle = random.uniform(*HALVES[number % 2]), 2.0 * math.pi * (number + random.random()) / count
     turn = 2.0 * math.pi * random.random()

@@ -15,6 +15,7 @@ from ...worlds.snake.stepping.state import SnakeState
 from .bend_map import BendMap
 from .oracle import BendOracle, JointOracle, OracleView
 from .placing import PlacedLabels
+from .table import task_note
 from .task import DiathermySample, DiathermyState, first_state, stepped, table_iv
 
 STEP_S = 0.01
@@ -59,6 +60,7 @@ def trial(
     """
     spec = case.script(arm, STEP_S)
     driver: Driver[SnakeState] = Driver(system := spec.build(), log=None if record is None else record(spec))
+    driver.apply(task_note(placed.labels, placed.seed))
     oracle = (JointOracle if arm == "manual" else BendOracle)(bends, placed)
     task, beyond = first_state(placed.labels), 0.0
     while driver.state.t < LONGEST_S:
