@@ -10,34 +10,28 @@ import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import cv2
 import numpy as np
 
-from app.commands.head_options import say_notes
 from app.commands.lumen_options import lumen_surface, lumen_tissue, place, read_landmarks
 from app.commands.lumen_task import add_task, run_task
 from app.commands.lumen_viewable import add_viewable, run_viewable
-from app.extras import has_app
-from app.settings import Settings
+from app.commands.run_recording import RunRecording
 from vfix_engine.arrays import Array
-from vfix_engine.errors import InputError, VfixError
+from vfix_engine.errors import InputError
 from vfix_engine.files.frame_report import FRAMES, MM_PER_UNIT
 from vfix_engine.files.mesh_files import write_ply
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.pathway.pathway_surface import pathway_surface
 from vfix_engine.robots.snake import SnakeModel
-from vfix_engine.worlds.snake import DriveSpec
 from vfix_engine.worlds.snake.offline.drive_lumen import OPERATORS, DriveReport, DriveSettings, Shot, drive_lumen
 from vfix_engine.worlds.snake.picture.picture import LumenPictures
 from vfix_engine.worlds.snake.plans.look_plan import view_of
 from vfix_engine.worlds.snake.presets import PRESETS
 from vfix_engine.worlds.snake.settings import ARMS, CONTROLS
 from vfix_engine.worlds.snake.stepping.state import SnakeState
-
-if TYPE_CHECKING:  # a drive without a store keeps no run
-    from app.commands.recorded_run import RecordedRun
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
@@ -149,38 +143,6 @@ def _settings(args: argparse.Namespace) -> DriveSettings:
     asked = {**{name: name for name in same}, **named}
     changed = {field: getattr(args, name) for name, field in asked.items() if getattr(args, name) is not None}
     return DriveSettings(**changed) if args.preset is None else PRESETS[args.preset].settings(**changed)
-
-
-class RunRecording:
-    """The run of the drive; none without a store, nor, told on stderr, with one that takes nothing."""
-
-    def __init__(self, seed: int | None) -> None:
-        self._seed = seed
-        self._run: RecordedRun | None = None
-
-    def begin(self, spec: DriveSpec) -> RecordedRun | None:
-        """The destination of the run of a drive that is at its start."""
-        if not has_app():
-            return None
-        from app.commands.recorded_run import RecordedRun
-        from app.services import build_services
-
-        try:
-            services = build_services(Settings.from_environment())
-            self._run = RecordedRun(services, spec, spec.columns, self._seed)
-        except (OSError, VfixError) as error:
-            say_notes([f"the run is not recorded: {error}"])
-            return None
-        return self._run
-
-    def keep(self) -> str | None:
-        """The drive has ended: the id of its run."""
-        return None if self._run is None else self._run.keep()
-
-    def drop(self) -> None:
-        """The drive has failed, and what was written of it with it."""
-        if self._run is not None:
-            self._run.drop()
 
 
 def _written(file: Path | None, report: DriveReport) -> str | None:

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from app.commands import lumen_kwok1
+from app.commands import lumen_kwok1, lumen_kwok2
 from app.commands.counts import natural
 from vfix_engine.worlds.snake.settings import ARMS
 
@@ -32,6 +32,7 @@ class TaskCommand(NamedTuple):
 
 TASKS: Mapping[str, TaskCommand] = {
     "kwok1": TaskCommand("study I: look at ten polyps of a colon", lumen_kwok1.add_options, lumen_kwok1.run),
+    "kwok2": TaskCommand("study II: trace six lines in a cavity", lumen_kwok2.add_options, lumen_kwok2.run),
 }
 
 

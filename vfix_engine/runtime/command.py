@@ -10,6 +10,7 @@ from ..arrays import Array
 from ..errors import InputError
 
 BUTTON_STRAIGHTEN = 1  # bit of ``Command.buttons``
+BUTTON_CUT = 2  # the tool is on; moves nothing, and is recorded for tasks
 NO_AXES = (0.0, 0.0, 0.0)
 _MOST_BUTTONS = 2.0**53  # beyond it a float has no lowest bit
 
@@ -38,7 +39,7 @@ class Command:
         master: if given, the step is teleoperated: its motion replaces force and drive.
         axes: camera x (right in the picture), camera y (down) and insertion (forwards), from -1 to +1 of full speed;
             of a rate device its turns about the patient's axes.
-        buttons: bit mask of the buttons held down; ``BUTTON_STRAIGHTEN``.
+        buttons: bit mask of the buttons held down; ``BUTTON_STRAIGHTEN``, ``BUTTON_CUT``.
         rate: the step is teleoperated by a rate device: ``force`` is its deflection τ as a force, and nobody holds the
             grip.
 

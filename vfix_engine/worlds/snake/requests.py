@@ -32,7 +32,10 @@ class LookRound(Request):
 
 @dataclass(frozen=True)
 class ChooseJoint(Request):
-    """The universal joint that the hand turns in the manual arm: 1 is the last one, 2 the one before."""
+    """The universal joint that the hand turns in the manual arm: 1 is the last one, 2 the one before.
+
+    On a fixed base also those before them, up to the number of links.
+    """
 
     joint: int
 

@@ -29,6 +29,7 @@ from .system import SnakeSystem
 
 # Drive settings of runs recorded before there were these.
 _BEFORE: dict[str, Any] = {"lock_bend": False, "arm": "certified", "yield_mm_per_s_per_n": 0.0}
+_FIXED = ("base", "q_nominal")  # arrays of a fixed base; runs of before have none, and were inserted
 _MOTIONS: dict[str, type[Breathing] | type[Peristalsis]] = {"breathing": Breathing, "peristalsis": Peristalsis}
 
 
@@ -48,6 +49,7 @@ class LumenContours:
 
     curve_points, curve_step_mm: followed while the tissue is still, None: the pathway's own centres;
     slack: (N,) mm at its points, how far a joint may leave it. wall_radius: of the surface from which it was made.
+    first: (3,) direction of the polar angle 0, None: arbitrary.
     """
 
     centre: Array
@@ -58,13 +60,15 @@ class LumenContours:
     curve_step_mm: float = 0.0
     slack: Array | None = None
     wall_radius: Array | None = None
+    first: Array | None = None
 
     @classmethod
     def of(cls, made: Lumen) -> Self:
         """From a prepared lumen."""
         path, curve = made.pathway, made.curve
         return cls(
-            path.centre, path.radius, path.count, path.knots, curve.points, curve.step_mm, made.slack, path.wall_radius
+            path.centre, path.radius, path.count, path.knots, curve.points, curve.step_mm, made.slack,
+            path.wall_radius, path.first,
         )  # fmt: skip
 
 
@@ -80,6 +84,8 @@ class SnakeSystemSpec:
             can be written.
         tip_s: mm, initial arc length of the tip.
         anyway: accept a lumen that is narrower than the robot within its range.
+        base, q_nominal: of a robot on a fixed base, (4, 4) transform_base_to_patient and (2L,) rad, None: straight; all
+            its links are bent, and nothing is inserted (Kwok 2013, study II). base None: it is inserted.
     """
 
     lumen: LumenContours | LumenSurface
@@ -89,6 +95,8 @@ class SnakeSystemSpec:
     tissue: TissueMotion | None = None
     tip_s: float = 0.0
     anyway: bool = False
+    base: Array | None = None
+    q_nominal: Array | None = None
 
     @property
     def world(self) -> str:
@@ -123,7 +131,10 @@ class SnakeSystemSpec:
         mesh = TriangleMesh(surface.vertices, surface.faces)
         made = lumen_between(mesh, surface.start, surface.end, self.snake, self.drive)
         contours = LumenContours.of(made)
-        return SnakeSystemSpec(contours, self.snake, self.settings, self.drive, self.tissue, self.tip_s, self.anyway)
+        return SnakeSystemSpec(
+            contours, self.snake, self.settings, self.drive, self.tissue, self.tip_s, self.anyway, self.base,
+            self.q_nominal,
+        )  # fmt: skip
 
     def build(self) -> SnakeSystem:
         """The system itself.
@@ -136,7 +147,10 @@ class SnakeSystemSpec:
         settings = self.settings.of_drive(self.drive)
         if not self.anyway:
             narrowest(pathway, self.snake, None, min(curve.length, self.snake.reach_mm())).refuse(self.snake)
-        start = start_of(self.snake, pathway, settings, curve, slack, self.tip_s, adjusted=self.settings)
+        start = start_of(
+            self.snake, pathway, settings, curve, slack, self.tip_s, adjusted=self.settings, base=self.base,
+            q_nominal=self.q_nominal,
+        )  # fmt: skip
         return SnakeSystem(start, Planner(self.snake, pathway, curve, slack, settings))
 
     def way_mm(self) -> tuple[float, float]:
@@ -159,7 +173,7 @@ class SnakeSystemSpec:
         assert isinstance(found, LumenContours)
         pathway = Pathway(
             found.centre, found.radius, found.count, motion=self.tissue, knots=found.knots,
-            wall_radius=found.wall_radius,
+            wall_radius=found.wall_radius, first=found.first,
         )  # fmt: skip
         given = None if found.curve_points is None else Curve(found.curve_points, found.curve_step_mm)
         curve = driven_curve(pathway, given)
@@ -173,6 +187,7 @@ class SnakeSystemSpec:
         """
         names, kind = _arrays_of(self.lumen), "contours" if isinstance(self.lumen, LumenContours) else "surface"
         arrays = {name: np.asarray(value) for name in names if (value := getattr(self.lumen, name)) is not None}
+        arrays |= {name: np.asarray(value) for name in _FIXED if (value := getattr(self, name)) is not None}
         values: dict[str, Any] = {
             "lumen": kind, "snake": asdict(self.snake), "settings": self.settings.to_dict(),
             "drive": asdict(self.drive), "tissue": _motion_values(self.tissue), "tip_s": self.tip_s,
@@ -197,11 +212,13 @@ class SnakeSystemSpec:
                 lumen = LumenContours(
                     arrays["centre"], arrays["radius"], values["count"], arrays.get("knots"),
                     arrays.get("curve_points"), values["curve_step_mm"], arrays.get("slack"), arrays.get("wall_radius"),
+                    arrays.get("first"),
                 )  # fmt: skip
             return cls(
                 lumen, SnakeModel(**values["snake"]), SnakeSettings.from_dict(values["settings"]),
                 DriveSettings(**(_BEFORE | values["drive"])), _motion_of(values["tissue"]), values["tip_s"],
                 values.get("anyway", True),  # runs of versions without this check are replayed
+                **{name: arrays.get(name) for name in _FIXED},
             )  # fmt: skip
         except (KeyError, TypeError) as error:
             raise InputError(f"the parts of a snake's world do not fit: {error}") from error
@@ -210,7 +227,7 @@ class SnakeSystemSpec:
 def _arrays_of(lumen: LumenContours | LumenSurface) -> tuple[str, ...]:
     if isinstance(lumen, LumenSurface):
         return "vertices", "faces", "start", "end"
-    return "centre", "radius", "knots", "curve_points", "slack", "wall_radius"
+    return "centre", "radius", "knots", "curve_points", "slack", "wall_radius", "first"
 
 
 def _motion_values(motion: TissueMotion | None) -> Any:

@@ -138,7 +138,8 @@ class SnakeSystem:
         """The state with another joint in a manual hand."""
         if state.settings.arm != "manual":
             raise ControlError(f"joints are chosen in the manual arm, not in the arm '{state.settings.arm}'")
-        return state._replace(hand_joint=whole("the joint", request.joint, 1, JOINTS))
+        most = self.constants.snake.links if self.constants.fixed_base else JOINTS
+        return state._replace(hand_joint=whole("the joint", request.joint, 1, most))
 
     def _looking(self, state: SnakeState, request: LookRound) -> SnakeState:
         if not (math.isfinite(request.aim_deg) and 1.0 <= request.aim_deg <= 90.0):

@@ -118,4 +118,9 @@ class DriveSpec(SnakeSystemSpec):
         """The drive at its start. Raises as ``SnakeSystemSpec.build``."""
         pathway, curve, slack = self._parts()
         given = None if pathway.motion is not None else curve
-        return ScriptSystem(start_of(self.snake, pathway, self.drive, given, slack, self.tip_s, plans_here=True))
+        return ScriptSystem(
+            start_of(
+                self.snake, pathway, self.drive, given, slack, self.tip_s, plans_here=True, base=self.base,
+                q_nominal=self.q_nominal,
+            )
+        )  # fmt: skip

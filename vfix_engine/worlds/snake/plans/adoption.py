@@ -36,7 +36,8 @@ def wanted(drive: DriveConstants, state: SnakeState, view: LookWanted | None = N
         near = state.tissue.goal or near
     elif ahead.left(sign):
         near = ahead.end
-    if look is None and (ahead.left(sign) > 1 or end_of_path(state, near.tip_s, sign)):
+    known = look is None and (ahead.left(sign) > 1 or end_of_path(state, near.tip_s, sign))
+    if drive.fixed_base or known:
         sign = 0
     if look is None and not sign and bends is None and view is None:
         return None

@@ -23,6 +23,7 @@ from ....snake.control.projection import projected_to_limits
 from ....snake.control.tip_control import DistalContext
 from ....snake.haptics.hand_forces import HandForces
 from ..settings import DriveSettings, SnakeSettings
+from .fixed_base import check_fixed, fixed_shape, whole_windows
 from .inline_planner import InlinePlanner
 from .link_windows import entrance, link_windows
 from .start_checks import checked_slack, checked_tip, make_control, refuse_beyond
@@ -49,6 +50,7 @@ class DriveConstants:
     a link is inside.
     planner: makes plans within a step; None: plans are made elsewhere and adopted.
     eased: projects joints to the bounds, as ``projected_to_limits``.
+    fixed_base: nothing is inserted, and every link is measured against the whole pathway.
     """
 
     snake: SnakeModel
@@ -65,6 +67,7 @@ class DriveConstants:
     hand: HandForces
     planner: InlinePlanner | None
     eased: Callable[[DistalContext, Array, float], Array | None] = projected_to_limits
+    fixed_base: bool = False
 
     @property
     def moves(self) -> bool:
@@ -92,6 +95,9 @@ class DriveConstants:
 
     def placed(self, bounds: LinkBounds, joint_s: Array) -> Placed:
         """For joints at these arc lengths (L + 1,) in mm: windows, links inside, and bounds there."""
+        if self.fixed_base:
+            windows = whole_windows(len(self.inscribed) - 1, self.snake.links)
+            return Placed(windows, np.ones(self.snake.links, dtype=bool), bounds.at(self.inscribed, windows))
         windows = link_windows(self.pathway, joint_s, self.first)
         return Placed(windows, joint_s[:-1] >= self.entrance, bounds.at(self.inscribed, windows))
 
@@ -137,18 +143,27 @@ def start_of(
     adjusted: SnakeSettings | None = None,
     beyond_allowed: bool = False,
     longer_allowed: bool = False,
+    base: Array | None = None,
+    q_nominal: Array | None = None,
 ) -> Start:
     """A robot at its start in a lumen; arguments and errors as for ``SnakeDrive``.
 
     plans_here: plans are made within a step. adjusted: settings that may change during the drive, if any.
+    base, q_nominal: of a robot on a fixed base, as in ``fixed_shape``; None: it is inserted along its curve.
     """
     constants = DriveConstants.of(snake, pathway, settings)
     line = driven_curve(pathway, curve)
-    slack, tip_s = checked_slack(slack, curve), checked_tip(snake, line.length, tip_s, longer_allowed)
-    insertion = Insertion(snake, line, slack if pathway.motion is None else None, None, tip_s, snake.reach_mm())
+    insertion: Insertion | None = None
+    if base is None:
+        slack, tip_s = checked_slack(slack, curve), checked_tip(snake, line.length, tip_s, longer_allowed)
+        insertion = Insertion(snake, line, slack if pathway.motion is None else None, None, tip_s, snake.reach_mm())
+        shape = insertion.state
+    else:
+        check_fixed(snake, pathway, settings, tip_s)
+        constants, shape = replace(constants, fixed_base=True), fixed_shape(snake, base, q_nominal, line)
     if plans_here:
         constants = replace(constants, planner=InlinePlanner(snake, pathway, insertion, settings.tissue_s))
-    bounds, shape, packed = settings.bounds(snake.links), insertion.state, pathway.packed(0.0)
+    bounds, packed = settings.bounds(snake.links), pathway.packed(0.0)
     q, placed = np.array(shape.q), constants.placed(bounds, shape.joint_s)
     found = constants.query.deviations(packed, snake.frames(q, shape.base), placed.windows)
     state = SnakeState(

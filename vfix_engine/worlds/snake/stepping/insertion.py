@@ -7,6 +7,7 @@ from ....snake.conform.conforming import blended
 from ....snake.conform.moved_off import moved_off
 from .constants import DriveConstants, Placed
 from .distal import distal_context, is_bent, needs_bends
+from .fixed_base import HELD
 from .inline_planner import InlinePlanner
 from .link_windows import link_windows, planning_margin
 from .motion import backtracked, in_order, limits_of, moved_towards, refused_part, speed_ratio, too_fast
@@ -26,6 +27,8 @@ def end_of_path(state: SnakeState, tip_s: float, sign: float) -> str | None:
 
 def insert(drive: DriveConstants, state: SnakeState, wanted_mm: float, dt: float) -> tuple[SnakeState, Outcome]:
     """Forwards or backwards along the curve."""
+    if drive.fixed_base:
+        return state, Outcome("held", HELD, "end")
     sign = 1.0 if wanted_mm > 0.0 else -1.0
     if drive.planner is None:
         state, held = _known(state, sign)

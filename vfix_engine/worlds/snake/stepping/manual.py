@@ -11,7 +11,7 @@ import math
 from ....arrays import Array
 from ....robots.snake import SnakeModel
 
-JOINTS = 2  # that a hand may choose from
+JOINTS = 2  # that a hand may choose from; on a fixed base all, as no other moves them
 
 
 def hand_target(distal: SnakeModel, q: Array, camera_mm: Array, joint: int) -> Array:
