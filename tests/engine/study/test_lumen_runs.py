@@ -15,6 +15,7 @@ from scipy.ndimage import label
 
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.curve import Curve
+from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.pathway.tissue_motion import breathing, peristalsis, together
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.background import InlineWorker
@@ -24,9 +25,9 @@ from vfix_engine.runtime.replay import Replay, replay
 from vfix_engine.runtime.requests import Reset
 from vfix_engine.runtime.run import Run, RunWriter
 from vfix_engine.study.lumen import (
-    LumenSamples,
     TaskRow,
     TaskScore,
+    Wall,
     lumen_holds_of,
     lumen_samples_of,
     lumen_series_of,
@@ -253,20 +254,26 @@ def test_damage_and_other_worlds_are_refused(runs: dict[str, Run]) -> None:
 
 
 def test_a_task_adds_its_rows(runs: dict[str, Run], monkeypatch: pytest.MonkeyPatch) -> None:
-    def polyps(run: Run) -> TaskScore | None:
+    def polyps(run: Run, wall: Wall | None) -> TaskScore | None:
         seen = lumen_samples_of(run)
         if run.manifest["spec"]["drive"]["arm"] != "guided":
             return None
-        return TaskScore("Ten polyps", False, (TaskRow("Polyps", float(isinstance(seen, LumenSamples))),))
+        triangles = len(wall().faces) if wall else None
+        rows = TaskRow("Triangles", triangles), TaskRow("Samples", len(seen.t))
+        return TaskScore("Ten polyps", False, rows)
 
     module = ModuleType("polyps_of_a_test")
     module.task_score = polyps  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, module.__name__, module)
     monkeypatch.setattr(f"{task_rows.__name__}.TASKS", [module.__name__])
     assert score_lumen_run(runs["manual"]).task is None
-    task = score_lumen_run(runs["guided"]).to_dict()["task"]
+    assert score_lumen_run(runs["guided"]).task == TaskScore(
+        "Ten polyps", False, (TaskRow("Triangles", None), TaskRow("Samples", 2060))
+    )
+    mesh = TriangleMesh(np.eye(3), np.array([[0, 1, 2]], dtype=np.int32))
+    task = score_lumen_run(runs["guided"], wall=lambda: mesh).to_dict()["task"]
     assert task["title"] == "Ten polyps"
-    assert task["rows"][0]["value"] == 1.0
+    assert task["rows"][0]["value"] == 1
 
 
 def test_the_way_is_that_of_the_curve() -> None:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 
+from ...geometry.mesh import TriangleMesh
 from ...runtime.run import Run
+
+Wall = Callable[[], TriangleMesh]  # of the lumen that was driven through, LPS mm; read when it is asked for
 
 
 @dataclass(frozen=True)
@@ -31,14 +35,15 @@ class TaskScore:
     rows: tuple[TaskRow, ...]
 
 
-# Modules with a function `task_score` of a run: its `TaskScore`, None for a run that is of no such task.
+# Modules with a function `task_score(run, wall)`: the `TaskScore` of a run, None for one that is of no such task. The
+# wall is None where nobody knows it, as of a run in a folder.
 TASKS: list[str] = []
 
 
-def task_score(run: Run) -> TaskScore | None:
+def task_score(run: Run, wall: Wall | None = None) -> TaskScore | None:
     """The score of the task that a run is of; None where it is of none."""
     for module in TASKS:
-        found: TaskScore | None = import_module(module).task_score(run)
+        found: TaskScore | None = import_module(module).task_score(run, wall)
         if found is not None:
             return found
     return None
