@@ -48,13 +48,13 @@ def installed() -> list[str]:
     return [name_of(text) for text in [*PROJECT["dependencies"], *EXTRAS["app"]]]
 
 
-def tested_extras() -> list[str]:
+def extras_of_tests() -> list[str]:
     """What the extras for exports of runs and for a cluster declare; the tests use all of them."""
     return [name_of(text) for extra in ("cluster", "mcap", "tables") for text in EXTRAS[extra]]
 
 
 def declared() -> list[str]:
-    return [*installed(), *tested_extras(), *(name_of(text) for text in EXTRAS["test"])]
+    return [*installed(), *extras_of_tests(), *(name_of(text) for text in EXTRAS["test"])]
 
 
 def of_a_gpu() -> list[str]:

@@ -20,9 +20,7 @@ K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")
 
 
-def run_on_cluster(
-    function: Callable[[K], V], keys: Sequence[K], address: str, add: Callable[[K, V], object]
-) -> None:
+def run_on_cluster(function: Callable[[K], V], keys: Sequence[K], address: str, add: Callable[[K, V], object]) -> None:
     """Run all keys, and call ``add`` with each result as it comes. Raises as ``farm.run_all``."""
     if not address.startswith(ADDRESS):
         raise InputError(f"a scheduler's address begins with {ADDRESS}, not {address!r:.60}")

@@ -23,6 +23,7 @@ from .li2004 import bead_residual
 from .measured import ErrorSizes
 from .options import TRIALS, Options
 from .paper_figures import CONTRADICTIONS, LI_2007
+from .traces import traces
 from .trials import Mode, TrialKey, run_trial, subject_of
 
 MODES: tuple[Mode, ...] = ("freehand", "hands-on", "teleoperated")
@@ -75,6 +76,7 @@ def evaluated(recorded: Mapping[TrialKey, Recorded], options: Options) -> dict[s
         "unfinished": int(sum((1.0 - found[mode]["finished"]).sum() for mode in MODES)),
         "servo_variant_mm": servo.servo_mm,
         "contradictions": list(CONTRADICTIONS),
+        "traces": traces(recorded, sizes, options.seed),
         "sweeps": {} if options.quick else _sweeps(recorded, sizes, options),
     }
     return report(
