@@ -14,6 +14,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from benchmarks.plots import ACCENT, INK, MARK, SOFT, empty_figure
 from vfix_engine.robots import RobotModel
@@ -23,7 +24,8 @@ REPORT = Path(__file__).resolve().parents[1] / "docs" / "evidence" / "li2007.jso
 COLOURS = {"freehand": SOFT, "hands-on": ACCENT, "teleoperated": MARK}
 DASHES = {"freehand": "-", "hands-on": "-", "teleoperated": (0, (4, 1.5))}
 WIDTH, LEFT = 7.5, 0.75  # inches
-CLOSE_MM = 1.0  # half of the side of a close-up
+AROUND_MM = 45.0  # of the tool's shaft before the entry
+CLOSE_MM = {"flat_mm": 0.5, "seen_mm": 5.0}  # half of the width of a close-up
 
 Trials = Mapping[str, Mapping[str, Any]]
 Make = Callable[[Mapping[str, Any]], Figure]
@@ -62,8 +64,8 @@ def swept(mode: str, title: str) -> Make:
         axes.plot(path[:, 0], path[:, 1], color=INK, linewidth=1.4)
         if mode == "inspection":
             axes.plot(*traces["target"], "o", color=MARK, markersize=6, fillstyle="none")
-        low, high = path.min(axis=0) - 15.0, path.max(axis=0) + 15.0
-        axes.set(xlim=(low[0] - 40.0, high[0]), ylim=(low[1] - 10.0, high[1] + 10.0), aspect="equal")
+        axes.set(xlim=(path[:, 0].min() - AROUND_MM, path[:, 0].max() + 10.0), aspect="equal", anchor="W")
+        axes.set(ylim=(path[:, 1].min() - 15.0, path[:, 1].max() + 25.0))
         axes.set(xlabel="along the path's plane, mm", ylabel="across, mm")
         return figure
 
@@ -86,25 +88,33 @@ def errors(name: str, modes: Sequence[str], title: str) -> Make:
     return make
 
 
-def paths(name: str, modes: Sequence[str], title: str) -> Make:
+def paths(name: str, error: str, modes: Sequence[str], title: str) -> Make:
     """Figures 12 and 16: the way of the tip in the plane of the path, and close up."""
 
     def make(traces: Mapping[str, Any]) -> Figure:
-        figure = empty_figure(WIDTH, 3.9, LEFT, title, "In the plane of the path; on the right close up.")
-        path = np.array(traces["path"])
-        middle = path[len(path) // 2]
-        for place in range(2):
-            axes = _axes(figure, place, 2, 3.9)
-            axes.plot(path[:, 0], path[:, 1], color=INK, linewidth=2.2, alpha=0.35, label="path")
-            for mode in modes:
-                way = np.array(traces["trials"][mode][name])
+        height = 5.6
+        below = "In the plane of the path; below close up, where hands-on is farthest off, and stretched across."
+        figure = empty_figure(WIDTH, height, LEFT, title, below)
+        path, ways = np.array(traces["path"]), {mode: np.array(traces["trials"][mode][name]) for mode in modes}
+        half = CLOSE_MM[name]
+        middle = float(ways["hands-on"][int(np.argmax(traces["trials"]["hands-on"][error])), 0])
+        for bottom, tall in ((3.05, 1.65), (0.55, 1.95)):
+            axes = figure.add_axes((LEFT / WIDTH, bottom / height, 1.0 - (LEFT + 0.25) / WIDTH, tall / height))
+            _quiet(axes)
+            axes.plot(path[:, 0], path[:, 1], color=INK, linewidth=2.4, alpha=0.3, label="path")
+            for mode, way in ways.items():
                 axes.plot(way[:, 0], way[:, 1], color=COLOURS[mode], linestyle=DASHES[mode], linewidth=1.1, label=mode)
-            axes.set(xlabel="along, mm", ylabel="across, mm" if place == 0 else "", aspect="equal")
-            if place:
-                half = CLOSE_MM if name == "flat_mm" else 5.0 * CLOSE_MM
-                axes.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half))
+            axes.set_ylabel("across, mm")
+            axes.ticklabel_format(useOffset=False)
+            if bottom > 1.0:
+                axes.set(aspect="equal", anchor="W")
+                axes.legend(frameon=False, fontsize=8.5, loc="center left", bbox_to_anchor=(0.3, 0.3), ncols=2)
             else:
-                axes.legend(frameon=False, fontsize=8.5)
+                near = [way[np.abs(way[:, 0] - middle) < half, 1] for way in (path, *ways.values())]
+                low, high = min(one.min() for one in near if len(one)), max(one.max() for one in near if len(one))
+                edge = 0.1 * (high - low)
+                axes.set(xlim=(middle - half, middle + half), ylim=(low - edge, high + edge))
+                axes.set_xlabel("along, mm")
         return figure
 
     return make
@@ -130,6 +140,7 @@ def velocities(revolute: bool, title: str) -> Make:
                 _quiet(axes)
                 axes.plot(traces["trials"][mode]["t_s"], scale * speed[joint], color=COLOURS[mode], linewidth=0.9)
                 axes.set(ylim=(-most, most), xlim=(0.0, None))
+                axes.xaxis.set_major_locator(MaxNLocator(integer=True))
                 axes.tick_params(labelsize=7.5, labelbottom=row == len(joints) - 1)
                 if place == 0:
                     axes.set_ylabel(f"joint {joint + 1}", fontsize=8.5)
@@ -145,11 +156,11 @@ FIGURES: Mapping[int, Make] = {
     8: swept("inspection", "The tool during target inspection"),
     9: swept("hands-on", "The tool during path following, hands-on"),
     11: errors("error_mm", ("hands-on", "teleoperated"), "Error by the encoders"),
-    12: paths("flat_mm", ("hands-on", "teleoperated"), "The tip by the encoders"),
+    12: paths("flat_mm", "error_mm", ("hands-on", "teleoperated"), "The tip by the encoders"),
     13: velocities(False, "Speeds of the prismatic joints, mm/s"),
     14: velocities(True, "Speeds of the revolute joints, degrees/s"),
     15: errors("seen_error_mm", ("freehand", "hands-on", "teleoperated"), "Error by the tracker"),
-    16: paths("seen_mm", ("freehand", "hands-on", "teleoperated"), "The tip by the tracker"),
+    16: paths("seen_mm", "seen_error_mm", ("freehand", "hands-on", "teleoperated"), "The tip by the tracker"),
 }
 
 

@@ -24,7 +24,7 @@ from vfix_engine.study.own.evaluation import evaluate
 from vfix_engine.study.own.file import StudyFile, TrialName, conditions, is_simulated, labels, nearest, read_study
 from vfix_engine.study.own.order import Turn, order_of
 from vfix_engine.study.own.plugins import ScoredTrial, metric_named, operator_named
-from vfix_engine.study.own.results import Results, TrialRecord, done_of
+from vfix_engine.study.own.results import StudyResults, TrialRecord, done_of
 from vfix_engine.study.own.simulated import SimulatedTrials, measured
 from vfix_engine.study.statistics import least_subjects, power
 from vfix_engine.worlds.registry import spec_of
@@ -88,7 +88,11 @@ def run(args: argparse.Namespace, progress: Progress) -> int:
 
 
 def _simulate(
-    trials: SimulatedTrials, wanted: list[TrialName], results: Results, args: argparse.Namespace, progress: Progress
+    trials: SimulatedTrials,
+    wanted: list[TrialName],
+    results: StudyResults,
+    args: argparse.Namespace,
+    progress: Progress,
 ) -> dict[TrialName, TrialRecord]:
     """Run trials; each is written as it comes, so that what is done stays where the others are cancelled."""
     count = 0
@@ -208,12 +212,12 @@ ACTIONS: Mapping[str, Callable[[argparse.Namespace, Progress], int]] = {
 }  # fmt: skip
 
 
-def _opened(args: argparse.Namespace) -> tuple[StudyFile, Results]:
+def _opened(args: argparse.Namespace) -> tuple[StudyFile, StudyResults]:
     """The study, and the folder of its results. Raises InputError."""
     study = read_study(args.file)
     for name in study.metrics:
         metric_named(name)
-    return study, Results(args.results or args.file.with_suffix(".results"))
+    return study, StudyResults(args.results or args.file.with_suffix(".results"))
 
 
 def _of_people(study: StudyFile, code: str | None) -> dict[str, list[Turn]]:
@@ -226,7 +230,7 @@ def _of_people(study: StudyFile, code: str | None) -> dict[str, list[Turn]]:
     return every if code is None else {code: every[code]}
 
 
-def _done(study: StudyFile, results: Results, every: dict[str, list[Turn]]) -> dict[TrialName, TrialRecord]:
+def _done(study: StudyFile, results: StudyResults, every: dict[str, list[Turn]]) -> dict[TrialName, TrialRecord]:
     return done_of(study, results.read(turn.name for turns in every.values() for turn in turns))
 
 

@@ -18,20 +18,22 @@ from app.services import Services
 from vfix_engine.anatomy.head_import import HeadRequest
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError
-from vfix_engine.study.own.file import OWN_TOOL, Condition, StudyFile
+from vfix_engine.study.own.file import OWN_TOOL, StudyCondition, StudyFile
 from vfix_engine.study.own.plugins import arm_named
 from vfix_engine.study.own.simulated import Spec, spec_of_condition
 from vfix_engine.worlds.rigid.scene import Scene
 
 
-def specs_of(services: Services | None, study: StudyFile, wanted: Sequence[Condition]) -> dict[Condition, Spec]:
+def specs_of(
+    services: Services | None, study: StudyFile, wanted: Sequence[StudyCondition]
+) -> dict[StudyCondition, Spec]:
     """How each condition is driven. Arms of one plan and tool have the robot at one place.
 
     Raises NotFound, InputError for what cannot be used, or AppMissing.
     """
     arms = {one.arm: arm_named(one.arm) for one in wanted if one.mode != "freehand"}  # before anything is computed
     plain = _plain_scenes(services, study)
-    specs: dict[Condition, Spec] = {}
+    specs: dict[StudyCondition, Spec] = {}
     for one in wanted:
         scene, settings = plain(one.case, one.plan, one.tool)
         if one.mode != "freehand":

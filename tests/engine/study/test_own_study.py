@@ -18,7 +18,7 @@ from vfix_engine.study.own.evaluation import compared, evaluate
 from vfix_engine.study.own.file import TrialName, checked_study, conditions, labels, read_study
 from vfix_engine.study.own.order import order_of, rows_of
 from vfix_engine.study.own.plugins import Metric, arm_named, metric_named, operator_named
-from vfix_engine.study.own.results import Results, TrialRecord, done_of
+from vfix_engine.study.own.results import StudyResults, TrialRecord, done_of
 from vfix_engine.study.statistics import least_subjects, power
 
 SMALL: dict[str, Any] = {
@@ -138,10 +138,10 @@ def record(name: TrialName, value: float, fingerprint: str = "f") -> TrialRecord
 def test_results_are_read_again_and_those_of_another_scene_are_not_of_the_study(tmp_path: Path) -> None:
     study = checked_study(SMALL)
     names = [turn.name for turns in order_of(study).values() for turn in turns]
-    results = Results(tmp_path / "results")
+    results = StudyResults(tmp_path / "results")
     for number, name in enumerate(names[:4]):
         results.write(record(name, float(number), "old" if number == 2 else "new"))
-    found = Results(tmp_path / "results").read(names)
+    found = StudyResults(tmp_path / "results").read(names)
     assert found == {name: record(name, float(n), "old" if n == 2 else "new") for n, name in enumerate(names[:4])}
     new = dict.fromkeys(conditions(study), "new")
     assert list(done_of(study, found, new)) == [names[0], names[1], names[3]]

@@ -44,7 +44,7 @@ class KilledOnce(Puller):
     """As above, but the first process that begins is killed."""
     def __init__(self, at):
         super().__init__(at)
-        mark = Path(os.environ["VFIX_TEST_MARK"])
+        mark = Path(os.environ["MARK_OF_A_TEST"])
         if not mark.exists():
             mark.touch()
             os.kill(os.getpid(), signal.SIGKILL)
@@ -127,7 +127,7 @@ def test_an_operator_an_arm_and_a_metric_of_ones_own(installed: Path) -> None:
 
 
 def test_trials_of_a_killed_worker_run_again(installed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("VFIX_TEST_MARK", str(installed / "killed"))
+    monkeypatch.setenv("MARK_OF_A_TEST", str(installed / "killed"))
     trials = trials_of(operator="killed", modes=["hands-on"])
     found = run_all(trials, names_of(trials), 2)
     assert (installed / "killed").exists()

@@ -66,7 +66,7 @@ def _tool(joints: Array, plane: PathPlane) -> Array:
     found = []
     for q in joints:
         parts = scene.tool.segments(*robot.tip_pose(q))
-        found.append(plane.flat(np.vstack([parts.start[:1], parts.end])))
+        found.append(plane.flat(np.vstack([parts.end[:1], parts.start])))
     return np.array(found)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ...arrays import Array
 from ...runtime.versions import versions
 from ..statistics import LEAST_SUBJECTS, mean_interval, pairs
-from .file import Condition, StudyFile, TrialName, conditions, is_simulated, labels
+from .file import StudyCondition, StudyFile, TrialName, conditions, is_simulated, labels
 from .order import order_of
 from .plugins import metric_named
 from .results import TrialRecord
@@ -43,10 +43,10 @@ def evaluate(study: StudyFile, done: Mapping[TrialName, TrialRecord]) -> dict[st
     }
 
 
-def compared(names: Mapping[Condition, str]) -> list[tuple[str, str]]:
+def compared(names: Mapping[StudyCondition, str]) -> list[tuple[str, str]]:
     """The pairs of conditions that differ in one thing: case and plan are one, and so is having no arm."""
 
-    def differences(one: Condition, other: Condition) -> int:
+    def differences(one: StudyCondition, other: StudyCondition) -> int:
         modes = one.mode != other.mode
         arms = one.arm != other.arm and not modes  # a free hand has none
         return ((one.case, one.plan) != (other.case, other.plan)) + modes + arms + (one.tool != other.tool)
@@ -56,7 +56,7 @@ def compared(names: Mapping[Condition, str]) -> list[tuple[str, str]]:
     return [(names[one], names[other]) for one, other in near]
 
 
-def _other_arm(one: Condition, other: Condition) -> bool:
+def _other_arm(one: StudyCondition, other: StudyCondition) -> bool:
     """Whether two modes on a robot differ in the arm as well."""
     return "freehand" not in (one.mode, other.mode) and one.mode != other.mode and one.arm != other.arm
 
@@ -64,7 +64,7 @@ def _other_arm(one: Condition, other: Condition) -> bool:
 def _group(
     study: StudyFile,
     codes: Sequence[str],
-    names: Mapping[Condition, str],
+    names: Mapping[StudyCondition, str],
     done: Mapping[TrialName, TrialRecord],
 ) -> dict[str, Any]:
     turns = [turn.name for code, order in order_of(study).items() if code in set(codes) for turn in order]
@@ -84,7 +84,7 @@ def _metric(
     study: StudyFile,
     metric: str,
     codes: Sequence[str],
-    names: Mapping[Condition, str],
+    names: Mapping[StudyCondition, str],
     done: Mapping[TrialName, TrialRecord],
 ) -> dict[str, Any]:
     means = {label: _subject_means(study, metric, codes, one, done) for one, label in names.items()}
@@ -102,7 +102,7 @@ def _subject_means(
     study: StudyFile,
     metric: str,
     codes: Sequence[str],
-    condition: Condition,
+    condition: StudyCondition,
     done: Mapping[TrialName, TrialRecord],
 ) -> Array:
     """Means (subjects,) of the trials that have a value; NaN where none has."""
@@ -128,7 +128,7 @@ def _summary(means: Array) -> dict[str, Any]:
     }
 
 
-def _said(name: TrialName, names: Mapping[Condition, str]) -> dict[str, Any]:
+def _said(name: TrialName, names: Mapping[StudyCondition, str]) -> dict[str, Any]:
     return {"subject": name.subject, "condition": names[name.condition], "trial": name.trial + 1}
 
 

@@ -73,7 +73,7 @@ class StudyFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return (*(f"{_SIMULATED}{number + 1:03d}" for number in range(self.subjects.simulated)), *self.subjects.codes)
 
 
-class Condition(NamedTuple):
+class StudyCondition(NamedTuple):
     """A combination that every subject meets."""
 
     case: str
@@ -87,7 +87,7 @@ class TrialName(NamedTuple):
     """One trial of a study; trial: 0, 1, … of this subject in this condition."""
 
     subject: str
-    condition: Condition
+    condition: StudyCondition
     trial: int
 
 
@@ -128,20 +128,22 @@ def checked_study(told: dict[str, Any], name: str = "the study") -> StudyFile:
     return study
 
 
-def conditions(study: StudyFile) -> list[Condition]:
+def conditions(study: StudyFile) -> list[StudyCondition]:
     """Every combination; of a free hand without arms."""
     every = itertools.product(study.plans, study.modes, study.arms, study.tools)
     made = (
-        Condition(plan.case, plan.plan, mode, NO_ARM if mode == FREEHAND else arm, tool)
+        StudyCondition(plan.case, plan.plan, mode, NO_ARM if mode == FREEHAND else arm, tool)
         for plan, mode, arm, tool in every
     )
     return list(dict.fromkeys(made))
 
 
-def labels(found: Sequence[Condition]) -> dict[Condition, str]:
+def labels(found: Sequence[StudyCondition]) -> dict[StudyCondition, str]:
     """What tells the conditions apart, in words, such as 'hands-on, li2007'."""
-    differ = [place for place in range(len(Condition._fields)) if len({one[place] for one in found} - {NO_ARM}) > 1]
-    shown = differ or [Condition._fields.index("mode")]
+    differ = [
+        place for place in range(len(StudyCondition._fields)) if len({one[place] for one in found} - {NO_ARM}) > 1
+    ]
+    shown = differ or [StudyCondition._fields.index("mode")]
     return {one: ", ".join(one[place] for place in shown if one[place] != NO_ARM) for one in found}
 
 

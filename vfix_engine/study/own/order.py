@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..experiment.trials import seeds
-from .file import Condition, StudyFile, TrialName, conditions, is_simulated
+from .file import StudyCondition, StudyFile, TrialName, conditions, is_simulated
 
 _ORDER = 99  # in the name of the order's seed, where a trial has its mode
 
@@ -50,6 +50,6 @@ def order_of(study: StudyFile) -> dict[str, list[Turn]]:
     return found
 
 
-def _turns(code: str, sequence: list[Condition], trials: int) -> list[Turn]:
+def _turns(code: str, sequence: list[StudyCondition], trials: int) -> list[Turn]:
     names = [TrialName(code, condition, trial) for condition in sequence for trial in range(trials)]
     return [Turn(position, name) for position, name in enumerate(names, 1)]

@@ -12,7 +12,7 @@ from typing import Literal
 import msgspec
 
 from ...errors import InputError
-from .file import Condition, StudyFile, TrialName, is_simulated
+from .file import StudyCondition, StudyFile, TrialName, is_simulated
 from .plugins import ScoredTrial
 
 TRIALS = "trials"  # the folder of the trials' files
@@ -57,11 +57,11 @@ class TrialRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     @property
     def name(self) -> TrialName:
         """Which trial it is."""
-        condition = Condition(self.case, self.plan, self.mode, self.arm, self.tool)  # type: ignore[arg-type]
+        condition = StudyCondition(self.case, self.plan, self.mode, self.arm, self.tool)  # type: ignore[arg-type]
         return TrialName(self.subject, condition, self.trial - 1)
 
 
-class Results:
+class StudyResults:
     """The results in a folder, which is made where it is missing.
 
     Raises:
@@ -108,7 +108,7 @@ class Results:
 
 
 def done_of(
-    study: StudyFile, found: dict[TrialName, TrialRecord], fingerprints: dict[Condition, str] | None = None
+    study: StudyFile, found: dict[TrialName, TrialRecord], fingerprints: dict[StudyCondition, str] | None = None
 ) -> dict[TrialName, TrialRecord]:
     """The records that are of this study: with its metrics and, of simulated people, of its scenes and people.
 

@@ -29,7 +29,7 @@ from ..drive import drive
 from ..experiment.trials import MODES, seeds
 from ..metrics.score import score_run
 from ..operator import Guide
-from .file import Condition, StudyFile, TrialName
+from .file import StudyCondition, StudyFile, TrialName
 from .plugins import HandAtWork, ScoredTrial, metric_named, operator_named
 from .results import TrialRecord
 
@@ -71,10 +71,10 @@ class SimulatedTrials:
     study: the file; specs: by condition, how it is driven; fingerprints: by condition, see ``TrialRecord``.
     """
 
-    def __init__(self, study: StudyFile, specs: Mapping[Condition, Spec]):
+    def __init__(self, study: StudyFile, specs: Mapping[StudyCondition, Spec]):
         self.study, self.specs = study, dict(specs)
         self.fingerprints = {condition: self._fingerprint(condition) for condition in self.specs}
-        self._benches: dict[Condition, Bench] = {}
+        self._benches: dict[StudyCondition, Bench] = {}
 
     def __getstate__(self) -> dict[str, Any]:
         return self.__dict__ | {"_benches": {}}
@@ -100,7 +100,7 @@ class SimulatedTrials:
         axes = bench.system.scene.base[:3, :3] if condition.mode == TELEOPERATED else None
         return HandAtWork(bench.guide, drawn.practised(name.trial), bench.system.scene.tool, settings, seed, axes)
 
-    def _fingerprint(self, condition: Condition) -> str:
+    def _fingerprint(self, condition: StudyCondition) -> str:
         """What the results of a condition rest on besides its name and the subject's number, as a hash."""
         study, spec = self.study, self.specs[condition]
         values, arrays = replace(spec, scene=replace(spec.scene, fixtures=())).to_parts()
@@ -143,7 +143,7 @@ class MemoryLog:
         """Nothing is asked for in a trial but its steps."""
         raise NotImplementedError(f"a trial has no events, but a {kind} came")
 
-    def run(self, bench: Bench, condition: Condition) -> Run:
+    def run(self, bench: Bench, condition: StudyCondition) -> Run:
         """The run, with the fields of a manifest that a score reads; its spec is given beside it."""
         columns = [*COMMAND_COLUMNS, *bench.system.row_layout]
         manifest = {
