@@ -47,7 +47,7 @@ VERBS = (
     CliVerb("report", "app.commands.report", "write a report on recorded runs"),
     CliVerb("route", "app.commands.route", "list, make and edit routes through a lumen", needs_app=True),
     CliVerb("assignment", "app.commands.assignment", "check assignments, and print their results", needs_app=True),
-    CliVerb("study", "app.commands.study", "run a paper's experiment with simulated people"),
+    CliVerb("study", "app.commands.study", "run a paper's experiment, or one's own study"),
     CliVerb("lumen", "app.commands.lumen", "drive a snake robot through a lumen"),
     CliVerb("bench", "app.commands.bench", "measure the engine on this machine"),
     CliVerb("doctor", "app.commands.doctor", "check this machine"),

@@ -27,7 +27,7 @@ def compile_lock(name: str, *options: str) -> None:
 def main() -> int:
     """Write both lock files."""
     compile_lock("requirements.lock", "--extra", "app")
-    extras = [text for name in ("app", "mcap", "tables", "test") for text in ("--extra", name)]
+    extras = [text for name in ("app", "cluster", "mcap", "tables", "test") for text in ("--extra", name)]
     compile_lock("requirements-test.lock", *extras, "--constraint", "requirements.lock")
     return 0
 

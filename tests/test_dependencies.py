@@ -48,13 +48,13 @@ def installed() -> list[str]:
     return [name_of(text) for text in [*PROJECT["dependencies"], *EXTRAS["app"]]]
 
 
-def of_exports() -> list[str]:
-    """What the extras for exports of runs declare; the tests read every export back."""
-    return [name_of(text) for extra in ("mcap", "tables") for text in EXTRAS[extra]]
+def extras_of_tests() -> list[str]:
+    """What the extras for exports of runs and for a cluster declare; the tests use all of them."""
+    return [name_of(text) for extra in ("cluster", "mcap", "tables") for text in EXTRAS[extra]]
 
 
 def declared() -> list[str]:
-    return [*installed(), *of_exports(), *(name_of(text) for text in EXTRAS["test"])]
+    return [*installed(), *extras_of_tests(), *(name_of(text) for text in EXTRAS["test"])]
 
 
 def of_a_gpu() -> list[str]:
@@ -75,15 +75,15 @@ def test_every_dependency_has_its_licence_and_reason() -> None:
 
 
 def test_dependencies_are_sorted_and_stated_once() -> None:
-    assert set(EXTRAS) == {"app", "gpu", "mcap", "tables", "test"}
+    assert set(EXTRAS) == {"app", "cluster", "gpu", "mcap", "tables", "test"}
     for group in (PROJECT["dependencies"], *EXTRAS.values()):
         names = [name_of(text) for text in group]
         assert names == sorted(set(names))
 
 
-@pytest.mark.parametrize(("package", "brought_by"), [("vfix_engine", ()), ("app", ("app", "mcap", "tables"))])
+@pytest.mark.parametrize(("package", "brought_by"), [("vfix_engine", ("cluster",)), ("app", ("app", "mcap", "tables"))])
 def test_every_import_is_declared(package: str, brought_by: tuple[str, ...]) -> None:
-    """Those of the engine without the extra: an installation of the engine alone has all that it imports."""
+    """Those of the engine without the extra `app`; that of a cluster is imported where a scheduler is asked for."""
     imported = set()
     for file in (ROOT / package).rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):

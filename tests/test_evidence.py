@@ -1,11 +1,11 @@
-"""The tables of docs/evidence.md are those of the stored reports, which are complete."""
+"""Tables and figures of docs/evidence.md are those of the stored reports, which are complete."""
 
 import json
 from pathlib import Path
 
 import pytest
 
-from scripts import evidence
+from scripts import evidence, evidence_figures
 from vfix_engine.study.experiment.fit import Fitted
 from vfix_engine.study.experiment.paper_figures import LI_2004, LI_2007
 
@@ -36,3 +36,15 @@ def test_a_changed_report_changes_the_page(tmp_path: Path) -> None:
         report["cells"][0]["ours"] += 0.5
         (tmp_path / f"{name}.json").write_text(json.dumps(report), encoding="utf-8")
     assert evidence.written(page, tmp_path) != page
+
+
+def test_the_figures_are_those_of_the_report_and_all_are_shown() -> None:
+    report = json.loads((DOCS / "evidence" / "li2007.json").read_text(encoding="utf-8"))
+    page = (DOCS / "evidence.md").read_text(encoding="utf-8")
+    drawn = evidence_figures.drawn(report)
+    assert {file.name for file in (DOCS / "evidence").glob("*.svg")} == set(drawn)
+    for name, text in drawn.items():
+        assert (DOCS / "evidence" / name).read_text(encoding="utf-8") == text, name
+        assert f"(evidence/{name})" in page
+    report["traces"]["trials"]["freehand"]["seen_error_mm"][3] += 0.5
+    assert {name for name, text in evidence_figures.drawn(report).items() if text != drawn[name]} == {"li2007_15.svg"}

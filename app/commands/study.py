@@ -1,4 +1,4 @@
-"""`vfix study`: a paper's experiment with simulated people, its tables beside ours. Not for clinical use."""
+"""`vfix study`: a paper's experiment with simulated people, or a user's own study. Not for clinical use."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from app.commands import study_own
 from app.commands.counts import natural, positive
 from app.exchange.plan_files import write_export
 from app.exchange.runs.export import check_folder
@@ -24,7 +25,7 @@ _TITLES = {"li2004": "Li & Taylor 2004, section V", "li2007": "Li, Ishii & Taylo
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
-    parser = subparsers.add_parser("study", help="run a paper's experiment with simulated people", description=__doc__)
+    parser = subparsers.add_parser("study", help="run a paper's experiment, or one's own study", description=__doc__)
     studies = parser.add_subparsers(dest="study", metavar="STUDY", required=True)
     for name, title in _TITLES.items():
         one = studies.add_parser(name, help=title, description=f"The experiments of {title}.")
@@ -37,11 +38,18 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
             one.add_argument("--laboratories", type=positive, default=LABORATORIES, help="for the order's share")
         one.add_argument("-o", "--output", metavar="FILE", type=Path, help="write the report there as well")
         one.add_argument("--json", action="store_true", help="one JSON object on stdout")
+    study_own.add_parsers(studies, os.cpu_count() or 1)
     return parser
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run a study and print its cells."""
+    """Run a study and print its cells, or what is asked of a user's own. Raises VfixError."""
+    if args.study in study_own.ACTIONS:
+        return study_own.ACTIONS[args.study](args, _told(args.json))
+    return _run_paper(args)
+
+
+def _run_paper(args: argparse.Namespace) -> int:
     begin, cpu = time.monotonic(), os.times()
     if args.output is not None:
         check_folder(args.output)

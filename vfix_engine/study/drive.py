@@ -7,10 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..runtime.command import Command
 from ..runtime.driver import Driver, Log
 from ..runtime.snapshot import Snapshot
 from ..runtime.system import System
-from .operator import PursuitOperator
 
 LONGEST_S = 240.0  # of simulated time, after which the person gives up
 
@@ -26,13 +26,14 @@ class DriveResult:
 
 def drive(
     system: System[Any],
-    operator: PursuitOperator,
+    operator: Callable[[Snapshot], Command | None],
     keep: Callable[[Snapshot], None] = lambda snapshot: None,
     log: Log | None = None,
     longest_s: float = LONGEST_S,
 ) -> DriveResult:
     """Let a person drive a system from its start, until the end seems reached or the time is over.
 
+    operator: from a snapshot to the command of the next period, None to end.
     keep: called with the snapshot after every step; log: destination of the recorded run.
 
     Raises:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -20,6 +20,7 @@ from ..arrays import Array
 from ..errors import InputError
 
 LEAST_SUBJECTS = 2
+LEAST_EFFECT = 0.01  # d_z for which subjects are counted: they are 80,000 then
 MOST_EXACT = 40  # differences whose signed ranks are counted exactly
 SAME = 1e-12  # relative size in which differences are the same
 
@@ -49,11 +50,11 @@ class PairedTest:
         return {name: _finite(value) for name, value in values.items()}
 
 
-def pairs(values: Mapping[str, ArrayLike]) -> dict[str, PairedTest]:
+def pairs(values: Mapping[str, ArrayLike], which: Iterable[tuple[str, str]] | None = None) -> dict[str, PairedTest]:
     """Compare every two conditions, ``'a - b'``.
 
     values: by condition, the means (n,) of the same subjects in the same order; NaN where a subject has none, who is
-    left out of the pairs of that condition.
+    left out of the pairs of that condition. which: the pairs that are compared, and corrected together; None: all.
 
     Raises:
         InputError: other numbers of subjects, or fewer than two in a pair.
@@ -61,7 +62,7 @@ def pairs(values: Mapping[str, ArrayLike]) -> dict[str, PairedTest]:
     arrays = {name: np.asarray(array, dtype=float) for name, array in values.items()}
     if len({array.shape for array in arrays.values()}) != 1 or next(iter(arrays.values())).ndim != 1:
         raise InputError("every condition has one mean of each subject, in the same order")
-    found = {f"{a} - {b}": _difference(arrays[a], arrays[b]) for a, b in itertools.combinations(arrays, 2)}
+    found = {f"{a} - {b}": _difference(arrays[a], arrays[b]) for a, b in which or itertools.combinations(arrays, 2)}
     tests = [(_student(d), _signed_rank(d)) for d in found.values()]
     corrected_t, corrected_w = holm([p for p, _ in tests]), holm([p for _, p in tests])
     out = {}
@@ -108,6 +109,26 @@ def power(d_z: float, n: int, level: float = 0.05) -> float:
         raise InputError(f"power is of two subjects at least at a level between 0 and 1, not of {n} at {level}")
     bound, shift = float(stats.t.ppf(1.0 - level / 2.0, n - 1)), d_z * math.sqrt(n)
     return float(stats.nct.sf(bound, n - 1, shift) + stats.nct.cdf(-bound, n - 1, shift))
+
+
+def least_subjects(d_z: float, wanted: float, level: float = 0.05) -> int:
+    """Fewest subjects with whom the power at a true effect d_z is at least ``wanted``.
+
+    Raises:
+        InputError: no power between 0 and 1, an effect of 0, or a level outside 0 … 1.
+    """
+    if not 0.0 < wanted < 1.0 or not (math.isfinite(d_z) and abs(d_z) > LEAST_EFFECT):
+        raise InputError(
+            f"subjects are counted for a power between 0 and 1 at an effect of {LEAST_EFFECT} at least, not for "
+            f"{wanted} at {d_z}"
+        )
+    low, high = LEAST_SUBJECTS - 1, LEAST_SUBJECTS
+    while power(d_z, high, level) < wanted:
+        low, high = high, 2 * high
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if power(d_z, middle, level) >= wanted else (middle, high)
+    return high
 
 
 def _difference(a: Array, b: Array) -> Array:

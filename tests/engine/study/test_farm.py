@@ -64,3 +64,24 @@ def test_a_user_who_cancels_ends_it() -> None:
 
     with pytest.raises(KeyboardInterrupt):
         run_all(squared, list(range(50)), 2, cancel)
+
+
+class Added:
+    """A function with data of its own, which is sent to each process once."""
+
+    def __init__(self, mark: Path) -> None:
+        self.mark, self.times = mark, 0
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        self.__dict__.update(state)
+        with self.mark.open("a") as file:
+            file.write("x")
+
+    def __call__(self, key: int) -> int:
+        return key + 10
+
+
+def test_the_data_of_all_trials_are_sent_to_each_process_once(tmp_path: Path) -> None:
+    found = run_all(Added(tmp_path / "sent"), list(range(20)), 2)
+    assert found == {key: key + 10 for key in range(20)}
+    assert len((tmp_path / "sent").read_text()) <= 2

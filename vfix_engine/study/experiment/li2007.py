@@ -24,6 +24,7 @@ from .measured import ErrorSizes
 from .options import TRIALS, Options
 from .paper_figures import CONTRADICTIONS, LI_2007
 from .papers_program import THRESHOLD_MM, counted
+from .traces import traces
 from .trials import Mode, TrialKey, run_trial, subject_of
 
 MODES: tuple[Mode, ...] = ("freehand", "hands-on", "teleoperated")
@@ -76,6 +77,7 @@ def evaluated(recorded: Mapping[TrialKey, Recorded], options: Options) -> dict[s
         "unfinished": int(sum((1.0 - found[mode]["finished"]).sum() for mode in MODES)),
         "servo_variant_mm": servo.servo_mm,
         "contradictions": list(CONTRADICTIONS),
+        "traces": traces(recorded, sizes, options.seed),
         "sweeps": {} if options.quick else _sweeps(recorded, sizes, options),
     }
     return report(

@@ -116,8 +116,8 @@ def robot_frame_error(trial: Trial, sizes: ErrorSizes, study: int) -> Array:
     return off_path(trial.tip + sizes.servo_mm * off)
 
 
-def true_frame_error(trial: Trial, sizes: ErrorSizes, study: int, behind_play: Array | None = None) -> Array:
-    """Errors (n,) by the tracker, of a trial in the laboratory of a study.
+def tracked(trial: Trial, sizes: ErrorSizes, study: int, behind_play: Array | None = None) -> Array:
+    """Places (n, 3) of the tip by the tracker, of a trial in the laboratory of a study; LPS mm.
 
     behind_play: (n, 3) of ``played``, where it is known: it does not depend on the laboratory.
     """
@@ -128,8 +128,13 @@ def true_frame_error(trial: Trial, sizes: ErrorSizes, study: int, behind_play: A
         motion = session(sizes, study, key.subject).transform
         tip = (tip + sizes.compliance_mm_per_n * force) @ motion[:3, :3].T + motion[:3, 3]
     random = np.random.default_rng(seeds(study, key.subject, key.trial + 1, _TRACKER, MODES.index(key.mode)))
-    seen = tip + sizes.tracker_mm * random.standard_normal(tip.shape)
-    if key.mode == "inspection":
+    return np.asarray(tip + sizes.tracker_mm * random.standard_normal(tip.shape))
+
+
+def true_frame_error(trial: Trial, sizes: ErrorSizes, study: int, behind_play: Array | None = None) -> Array:
+    """Errors (n,) by the tracker, of a trial in the laboratory of a study; behind_play: as of ``tracked``."""
+    seen = tracked(trial, sizes, study, behind_play)
+    if trial.key.mode == "inspection":
         return np.asarray(np.linalg.norm(seen - apparatus().scene.targets[0], axis=1))
     return off_path(seen)
 

@@ -1,0 +1,193 @@
+"""The file of a study: TOML with plans, modes, arms, tools, subjects, trials and metrics; docs/studies.md."""
+
+from __future__ import annotations
+
+import difflib
+import itertools
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+import msgspec
+from msgspec import Meta
+
+from ...errors import InputError
+from ...runtime.control_mode import FREEHAND, MODES, ControlMode
+from ..person import Person
+
+MAX_BYTES = 1 << 20
+MOST_TRIALS = 1_000_000
+PLAIN, NO_ARM, OWN_TOOL = "plain", "none", "plan"
+_CODE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,19}")
+_SIMULATED = "sim"
+
+Name = Annotated[str, Meta(min_length=1, max_length=200)]
+
+
+class PlanOfStudy(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A plan in a case, each by name, id or file, as for `vfix rehearse`."""
+
+    case: Name
+    plan: Name
+
+
+class Subjects(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """simulated: how many simulated people; codes: of real ones, whose recorded runs are attached."""
+
+    simulated: Annotated[int, Meta(ge=0, le=100_000)] = 0
+    codes: tuple[str, ...] = ()
+
+
+class StudyFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A study: every subject does ``trials`` trials in each combination of plan, mode, arm and tool.
+
+    arms: 'plain', a preset, or of an entry point; a free hand has none. tools: 'plan' for that of the plan, or as of
+    `vfix rehearse`. operator, person: of simulated people, and medians of their parameters that differ from the
+    defaults. rate_hz: of control, for arms without a printed one; None for that of the plan.
+    """
+
+    name: Annotated[str, Meta(min_length=1, max_length=80)]
+    plans: Annotated[tuple[PlanOfStudy, ...], Meta(min_length=1)]
+    subjects: Subjects
+    seed: Annotated[int, Meta(ge=0, le=2**62)] = 0
+    trials: Annotated[int, Meta(ge=1, le=1000)] = 5
+    modes: Annotated[tuple[ControlMode, ...], Meta(min_length=1)] = MODES
+    arms: Annotated[tuple[Name, ...], Meta(min_length=1)] = (PLAIN,)
+    tools: Annotated[tuple[Name, ...], Meta(min_length=1)] = (OWN_TOOL,)
+    operator: Name = "person"
+    person: dict[str, float] = {}
+    metrics: Annotated[tuple[Name, ...], Meta(min_length=1)] = ("time_s", "path_error_mm", "contacts")
+    order: Literal["williams", "latin"] = "williams"
+    rate_hz: Annotated[float, Meta(ge=50.0, le=10_000.0)] | None = None
+
+    @property
+    def median(self) -> Person:
+        """The median simulated person."""
+        return Person(**self.person)
+
+    @property
+    def codes(self) -> tuple[str, ...]:
+        """Every subject, the simulated ones first."""
+        return (*(f"{_SIMULATED}{number + 1:03d}" for number in range(self.subjects.simulated)), *self.subjects.codes)
+
+
+class StudyCondition(NamedTuple):
+    """A combination that every subject meets."""
+
+    case: str
+    plan: str
+    mode: ControlMode
+    arm: str
+    tool: str
+
+
+class TrialName(NamedTuple):
+    """One trial of a study; trial: 0, 1, … of this subject in this condition."""
+
+    subject: str
+    condition: StudyCondition
+    trial: int
+
+
+def read_study(file: Path) -> StudyFile:
+    """Read and check the file of a study.
+
+    Raises:
+        InputError: it cannot be read, is no TOML, has a key that is not known, or a value that cannot be used.
+    """
+    try:
+        with file.open("rb") as stream:
+            data = stream.read(MAX_BYTES + 1)
+        if len(data) > MAX_BYTES:
+            raise InputError(f"{file.name} has more than {MAX_BYTES:,} bytes: it is no file of a study")
+        told = tomllib.loads(data.decode("utf-8"))
+    except OSError as error:
+        raise InputError(f"{file.name} cannot be read: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{file.name} is no TOML: {error}") from None
+    return checked_study(told, file.name)
+
+
+def checked_study(told: dict[str, Any], name: str = "the study") -> StudyFile:
+    """The study that plain values say. Raises InputError."""
+    _check_keys(told, StudyFile.__struct_fields__, name)
+    for plan in _tables(told.get("plans")):
+        _check_keys(plan, PlanOfStudy.__struct_fields__, f"[[plans]] of {name}")
+    for table in _tables([told.get("subjects")]):
+        _check_keys(table, Subjects.__struct_fields__, f"[subjects] of {name}")
+    for table in _tables([told.get("person")]):
+        _check_keys(table, [*Person.__dataclass_fields__], f"[person] of {name}")
+    try:
+        study = msgspec.convert(told, StudyFile)
+    except msgspec.ValidationError as error:
+        words = str(error).replace("Object missing required field", "it lacks").replace(" - at `$.", " - at `")
+        raise InputError(f"{name} is no study: {words[:1].lower()}{words[1:]}") from None
+    _check_values(study, name)
+    return study
+
+
+def conditions(study: StudyFile) -> list[StudyCondition]:
+    """Every combination; of a free hand without arms."""
+    every = itertools.product(study.plans, study.modes, study.arms, study.tools)
+    made = (
+        StudyCondition(plan.case, plan.plan, mode, NO_ARM if mode == FREEHAND else arm, tool)
+        for plan, mode, arm, tool in every
+    )
+    return list(dict.fromkeys(made))
+
+
+def labels(found: Sequence[StudyCondition]) -> dict[StudyCondition, str]:
+    """What tells the conditions apart, in words, such as 'hands-on, li2007'."""
+    differ = [
+        place for place in range(len(StudyCondition._fields)) if len({one[place] for one in found} - {NO_ARM}) > 1
+    ]
+    shown = differ or [StudyCondition._fields.index("mode")]
+    return {one: ", ".join(one[place] for place in shown if one[place] != NO_ARM) for one in found}
+
+
+def is_simulated(code: str) -> bool:
+    """Whether a subject is a simulated one."""
+    return code.startswith(_SIMULATED)
+
+
+def nearest(name: str, known: Sequence[str]) -> str:
+    """'; did you mean …' for a name that is like a known one, else ': …' with all of them."""
+    like = difflib.get_close_matches(name, known, 1)
+    return f"; did you mean '{like[0]}'?" if like else f"; there are {', '.join(sorted(known))}"
+
+
+def _tables(told: Any) -> list[dict[str, Any]]:
+    return [one for one in told if isinstance(one, dict)] if isinstance(told, list) else []
+
+
+def _check_keys(told: dict[str, Any], known: Sequence[str], where: str) -> None:
+    for key in told:
+        if key not in known:
+            raise InputError(f"{where} has the unknown key {key!r:.60}{nearest(key, known)}")
+
+
+def _check_values(study: StudyFile, name: str) -> None:
+    """What types cannot say."""
+    try:
+        study.median  # noqa: B018 - it checks the values
+    except InputError as error:
+        raise InputError(f"[person] of {name}: {error}") from None
+    for field in ("plans", "modes", "arms", "tools", "metrics"):
+        values = getattr(study, field)
+        if len(set(values)) < len(values):
+            raise InputError(f"'{field}' of {name} names something twice")
+    codes = study.subjects.codes
+    for code in codes:
+        if not _CODE.fullmatch(code) or is_simulated(code):
+            raise InputError(
+                f"the subject's code {code!r:.40} cannot be used: up to 20 letters, digits, '-' and '_', and none that "
+                f"begins with '{_SIMULATED}', as those of simulated people do"
+            )
+    if len({code.lower() for code in codes}) < len(codes):
+        raise InputError(f"two subjects of {name} have one code")
+    if not study.codes:
+        raise InputError(f"{name} has no subjects; give [subjects] simulated = 10, or codes of people")
+    if len(study.codes) * study.trials * len(conditions(study)) > MOST_TRIALS:
+        raise InputError(f"{name} has more than {MOST_TRIALS:,} trials")
