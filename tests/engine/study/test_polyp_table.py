@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +18,7 @@ from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.command import COMMAND_SIZE
 from vfix_engine.runtime.requests import Reset
 from vfix_engine.runtime.run import Run, RunWriter
+from vfix_engine.study.polyps.figures import polyp_figures
 from vfix_engine.study.polyps.placing import WallPlaces
 from vfix_engine.study.polyps.seen import FAR_MM, seen_share
 from vfix_engine.study.polyps.series import PolypSeries, polyp_series, task_note
@@ -134,9 +136,24 @@ def test_an_episode_is_a_time_in_one_piece() -> None:
     assert math.fsum(episodes(np.ones(3, dtype=bool), np.array([1.0, 2.0, 3.0]))) == 6.0
 
 
-def test_the_share_of_the_wall_that_was_seen(series: PolypSeries) -> None:
+@pytest.fixture(scope="module")
+def places() -> WallPlaces:
     tube = Pathway(np.column_stack([np.zeros((9, 2)), np.linspace(0.0, 240.0, 9)]), np.full(9, 16.0), 121)
-    places = WallPlaces.of(pathway_surface(tube), tube.curve())
+    return WallPlaces.of(pathway_surface(tube), tube.curve())
+
+
+def test_the_figures_of_a_score_card_are_those_of_its_run(series: PolypSeries, places: WallPlaces) -> None:
+    card = polyp_figures(series, places)
+    assert (card["completed"], card["polyps_cleared"], card["of"], card["seed"]) == (True, 1, 2, 3)
+    assert card["table_iii"] == table_iii(series).to_dict()
+    assert card["ends_at"] == "the landmark 'ascending'"
+    assert 0.0 < card["seen_share"] <= 1.0
+    assert json.loads(json.dumps(card, allow_nan=False)) == card
+    deep = replace(series, task=replace(TASK, end_name=None))
+    assert "the depth that the robot reaches" in polyp_figures(deep, places)["ends_at"]
+
+
+def test_the_share_of_the_wall_that_was_seen(series: PolypSeries, places: WallPlaces) -> None:
     camera = np.tile(np.eye(4), (2, 1, 1))
     camera[:, 2, 3] = 50.0, 52.0  # the second is too near to the first to show more
     looked = replace(series, camera=camera, t=series.t[:2], tip_mm=series.tip_mm[:2])

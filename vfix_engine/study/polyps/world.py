@@ -22,9 +22,8 @@ from ...worlds.snake.narrow import narrowest
 from ...worlds.snake.settings import DriveSettings
 from ...worlds.snake.viewable import EVERY_MM, Viewable, viewable_wall
 from .placing import POLYPS, WallPlaces, placed
-from .task import PolypTask
+from .task import FIRST_MARK, LAST_MARK, PolypTask
 
-FIRST_MARK, LAST_MARK = "rectosigmoid", "ascending"  # where the paper's polyps begin, and where its task ends
 ERROR_AT_MOST = 0.8  # of a planned view of a polyp, as of ``ViewLimits.error``
 _SAME_MM = 1e-6
 
