@@ -14,6 +14,7 @@ from typing import Any
 from app.commands.lumen_options import lumen_surface, lumen_tissue, place
 from vfix_engine.files.frame_report import FRAMES, MM_PER_UNIT
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.snake import NOTICE
 from vfix_engine.worlds.snake.lumen import lumen_between
 from vfix_engine.worlds.snake.offline.confirm_views import confirm_views
 from vfix_engine.worlds.snake.settings import DriveSettings
@@ -66,7 +67,7 @@ def run_viewable(args: argparse.Namespace) -> int:
             mesh, lumen.pathway, snake, replace(settings, control="view"), lumen.curve, lumen.slack, found,
             count=args.confirm, seed=args.seed,
         )  # fmt: skip
-    result["confirmed"] = None if confirmed is None else confirmed.to_dict()
+    result |= {"confirmed": None if confirmed is None else confirmed.to_dict(), "notice": NOTICE}
     if args.json:
         print(json.dumps(result, allow_nan=False))
     else:

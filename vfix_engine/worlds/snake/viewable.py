@@ -29,6 +29,7 @@ from ...snake.conform.conformance import conform
 from ...snake.conform.conforming import driven_curve
 from ...snake.control.tip_control import DistalContext
 from ...validate import positive
+from .narrow import narrowest
 from .offline.operators import inserted
 from .offline.snake_drive import SnakeDrive
 from .settings import DriveSettings
@@ -39,6 +40,7 @@ EVERY_MM = 10.0  # between two depths at which views are searched
 TIMES_S = (0.0, 1.0, 2.0, 3.0)  # of a moving lumen at which a view is looked at: a breath of 4 s
 _UNLIMITED = 20.0  # [rad/s] of the joints: no step of a shape is cut by it
 _ATTEMPTS = 1  # to come again with other shapes, after the first hold
+_SPARE_MM = 0.05  # inside of the bound ways are certified: a drive's shapes differ a little from those here
 _STARTS = 1  # configurations from which a view of a place is searched
 _WAY = 80  # configurations of a way at most
 _SAME_VIEW, _SAME_MM = math.cos(math.radians(3.0)), 1.0  # cosine and distance of cameras that count as the same
@@ -100,10 +102,11 @@ class Viewable:
         """JSON's types only; ``along``: the share in so many equal parts of the way."""
         edges = np.linspace(0.0, self.depth_mm, bands + 1).tolist()
         pairs = list(zip(edges[:-1], [*edges[1:-1], math.inf], strict=True))
-        along = [self.share_between(low, high) for low, high in pairs]
+        whole, *along = (self.share_between(low, high) for low, high in [(0.0, math.inf), *pairs])
         return {
-            "share": self.share, "area_mm2": float(self.area_mm2[self.counted].sum()), "depth_mm": self.depth_mm,
-            "views": len(self.views), "along": [None if math.isnan(one) else one for one in along],
+            "share": None if math.isnan(whole) else whole, "area_mm2": float(self.area_mm2[self.counted].sum()),
+            "depth_mm": self.depth_mm, "views": len(self.views),
+            "along": [None if math.isnan(one) else one for one in along],
         }  # fmt: skip
 
 
@@ -204,7 +207,10 @@ class _Search:
         """Search at depths, and yield the share of the way that is done after each."""
         drive = self._drive
         end = min(self._line.length, drive.snake.reach_mm())
-        for depth in [*np.arange(every_mm, end, every_mm).tolist(), end]:
+        narrow = narrowest(drive.pathway, drive.snake, drive.settings.bound_mm, end)
+        if narrow.first is not None:
+            end = 0.0 if narrow.free is None else narrow.free.at_mm
+        for depth in [*np.arange(every_mm, end, every_mm).tolist(), end] if end > 0.0 else []:
             operator = inserted(depth, _ATTEMPTS)
             while (act := operator(drive.system, drive.state)) is not None:
                 drive.act(act)
@@ -229,9 +235,9 @@ class _Search:
         drive = self._drive
         state, first = drive.state, drive.constants.first
         inside, context = state.pose.measured[first:], drive.distal_context()
-        kept = np.maximum(context.bound - self._reserve, np.minimum(state.deviation.depth[first:], context.bound))
-        kept = np.where(inside, kept, np.inf)
-        bound = np.where(inside, context.bound, np.inf)
+        depth = np.minimum(state.deviation.depth[first:], context.bound)
+        kept = np.where(inside, np.maximum(context.bound - self._reserve, depth), np.inf)
+        bound = np.where(inside, np.maximum(context.bound - self._reserve - _SPARE_MM, depth), np.inf)
         lumen = DistalPathway(
             context.packed, context.query.blocks, context.window, context.base.copy(), context.rest.copy(), kept,
             drive.snake.q_max, drive.snake.length_mm,
