@@ -90,7 +90,7 @@ class Display:
         ticking = [view for view in self._active_last() if view.tab.ticks]
         for view in ticking:  # each has just ticked
             self._guarded(view.ask)
-        self._publish_sections([view.sections for view in ticking])
+        self._publish_sections([*(view.sections for view in ticking), self._active.sections])  # whose count, as above
         self._draw_ticking()
         self.model.commit()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -26,7 +27,7 @@ def test_a_colon_is_opened_planned_and_driven_by_wheel_and_drag(open_page: Open,
     page.click("[data-step=patient]")
     page.locator("#cases .row-main", has_text="Colon phantom").click()
     station.wait_for("the colon", lambda: (station.state("case") or {}).get("id") == "colon-phantom")
-    expect(page.locator("#steps button:visible")).to_have_text(["Patient", "Route", "Drive"])
+    expect(page.locator("#steps button:visible")).to_have_text(["Patient", "Route", "Drive", "Review"])
     expect(page.locator("[data-step-name=threshold]")).to_be_hidden()
     station.picture("lumen-patient")
 
@@ -90,7 +91,33 @@ def test_a_colon_is_opened_planned_and_driven_by_wheel_and_drag(open_page: Open,
     page.evaluate("vfix.request('rehearsal.end')")
     (run,) = station.wait_for("the run", lambda: rest.runs("colon-phantom"))
     assert (run["world"], run["origin"], run["plan_id"]) == ("snake", "page", "colon-phantom-sample")
+    assert (run["arm"], run["certified"]) == ("certified", True)
+    _reviewed(station, page, rest)
     assert station.errors == []
+
+
+def _reviewed(station: Workstation, page: Page, rest: Rest) -> None:
+    """The card at the end of the drive, its replay with robot, endoscope and curves, and the run deleted."""
+    card = page.locator("#end-card")
+    expect(card).to_contain_text("Run ended", timeout=1000.0 * DRIVEN_S)
+    expect(card).to_contain_text("Certified")
+    expect(card.locator(".run-facts")).to_contain_text("Beyond bound0 mm")
+    station.picture("lumen-card")
+    page.click("#run-replay")
+    expect(page.locator(".review-plots .u-over")).to_have_count(5, timeout=1000.0 * DRIVEN_S)
+    expect(page.locator("#show-path")).to_have_count(0)
+    page.locator("#run-time").press("End")
+    expect(page.locator(".timeline-time")).not_to_have_text(re.compile(r"^0\.0 /"))
+    page.keyboard.press("e")
+    ahead = station.wait_for("the picture", lambda: page.evaluate(SHOWN), DRIVEN_S)
+    expect(page.locator("#scope-source")).to_have_text("Replayed")
+    page.locator("#run-time").press("Home")
+    station.wait_for("another view", lambda: page.evaluate(SHOWN) != ahead)
+    station.picture("lumen-review")
+    page.click("#delete-run")
+    page.click("#dialog button[value=ok]")
+    station.wait_for("no run", lambda: not rest.runs("colon-phantom"))
+    expect(page.locator("#runs .row-main")).to_have_count(0)
 
 
 def _path(station: Workstation, state: str) -> bool:

@@ -43,7 +43,7 @@ test("the links keep their length between two samples, and end where the tip is"
 
 test("depth, the link at its bound, bend, force and insertion are plotted, and what held is said", () => {
   const shown = lumenContents(SERIES, { ...SERIES, arm: "certified", certified: true });
-  assert.deepEqual(shown.map(({ title }) => title), ["Depth", "Link nearest to its bound", "Bend r", "Force on the hand", "Insertion"]);
+  assert.deepEqual(shown.map(({ title }) => title), ["Depth", "Nearest to a bound", "Bend r", "Force on the hand", "Insertion"]);
   assert.deepEqual(shown[0].lines.map(({ name, caution }) => [name, caution]), [["Manual", "without the certificate"], ["Beside: Certified", undefined]]);
   assert.deepEqual(shown[1].curves.lines, [[null, 6.2], [null, 6.2], [null, 8]]);
   assert.deepEqual([0, 1].map((at) => shown[1].now(at)), ["no link inside", "6.2 of 8.0 mm, link 2"]);
@@ -76,6 +76,6 @@ test("a run is said by its arm, and a list has its short score", () => {
   assert.deepEqual([drivenAs({ mode: null, arm: "guided" }), drivenAs({ mode: "hands-on", arm: null }), drivenAs({})], ["guided", "hands-on", null]);
   const run = withScore({ world: "snake", score: null }, SCORE);
   assert.deepEqual(run.score, { certified: false, completed: false, time_s: 61, depth_mm: 412.4, deviation_mm: 7, beyond_bound_mm: 1.26, held_s: 1 });
-  assert.equal(viewOf(run).short(run.score), "412 mm deep, 7.0 mm off");
+  assert.equal(viewOf(run).short(run.score), "412 mm, 7.0 off");
   assert.equal(viewOf(run).brief(run.score), "1:01 min, 412 mm");
 });

@@ -19,7 +19,7 @@ from .system import SystemSpec
 from .versions import versions
 
 # Columns of a snake that came after the first runs, at the end; no other column did.
-_LATER = ("outside_link", "deviation", "bound", "link", "guidance_", "limit", "arm")
+_LATER = ("outside_link", "deviation", "bound", "link", "guidance_", "limit", "arm", "bend")
 
 _CLOCKLESS = (
     "rigid",

@@ -20,7 +20,7 @@ export function lumenContents(main, ghost) {
   return [
     { title: "Depth", unit: "mm", lines: lines(), curves: overTime(runs, (series) => series.depth_mm), digits: 0, now: (at) => heldWords(main, at) || `${fixed(main.depth_mm[at], 0)} mm` },
     {
-      title: "Link nearest to its bound", unit: "mm", digits: 1, lines: [...lines(), { name: "bound", colour: "--caution", width: 1.25, dash: [2, 3] }],
+      title: "Nearest to a bound", unit: "mm", digits: 1, lines: [...lines(), { name: "bound", colour: "--caution", width: 1.25, dash: [2, 3] }],
       curves: { x: bound.x, lines: [...bound.lines, own.lines[0]] },
       now: (at) => (main.link[at] ? `${fixed(main.deviation_mm[at], 1)} of ${fixed(main.bound_mm[at], 1)} mm, link ${main.link[at]}` : "no link inside"),
     },

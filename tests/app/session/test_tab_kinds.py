@@ -48,7 +48,7 @@ def test_a_case_offers_the_tabs_of_its_kind(session: ClientSession, lumen: str) 
     assert (session._display.tab_section().get("offered"), session.active.spec.name) == (ALL, "rehearse")
     session.workspace.open_case(lumen)
     section = session._display.tab_section()
-    assert (section["name"], section["available"]) == ("patient", ["patient", "route", "drive"])
+    assert (section["name"], section["available"]) == ("patient", ["patient", "route", "drive", "review"])
     assert section["offered"] == section["available"]
     assert session.workspace.plan.current is None
     assert session.workspace.services.plans.titles(lumen) == ()
@@ -61,6 +61,19 @@ def test_a_case_offers_the_tabs_of_its_kind(session: ClientSession, lumen: str) 
 def test_a_client_that_was_in_a_tab_of_another_kind_begins_elsewhere(session: ClientSession, lumen: str) -> None:
     session._open_first({"case": lumen, "step": "rehearse"})
     assert session.active.spec.name == "patient"
+
+
+def test_the_active_tab_keeps_what_is_its_while_another_one_ticks(session: ClientSession, lumen: str) -> None:
+    """Drive, which ticks, has an endoscope of its own, and none to show while the client is in Review."""
+    session._open_first({"case": lumen, "step": "review"})
+    display = session._display
+    display.publish()
+    assert display.model.read("scope")["look"] == "colon"
+    display.publish_ticking(session.workspace.services.jobs.going_on())
+    assert display.model.read("scope")["look"] == "colon"
+    session._set_tab("route")
+    display.publish()
+    assert display.model.read("scope") is None
 
 
 def test_a_command_of_several_tabs_is_answered_by_the_active_one(session: ClientSession) -> None:

@@ -118,7 +118,7 @@ def test_samples_are_the_states(runs: dict[str, Run], states: dict[str, list[Sna
             assert np.array_equal(samples.force[row], state.forces.total)
             assert np.array_equal(samples.guidance[row], state.forces.guidance)
             assert LIMITS[samples.limit[row]] == state.limit
-            assert samples.bend[row] == np.hypot(*state.steering)
+            assert samples.bend[row] == state.control.bent(state.q[2:], state.q_nominal[2:])
             assert np.array_equal(samples.outside[row], state.deviation.depth[-5:])
             if not inside.any():
                 assert samples.link[row] == 0
@@ -241,7 +241,7 @@ def test_a_run_without_the_later_columns_is_read(runs: dict[str, Run]) -> None:
 def test_damage_and_other_worlds_are_refused(runs: dict[str, Run]) -> None:
     run = runs["certified"]
     ticks = run.ticks.copy()
-    ticks[50, -1] = np.nan
+    ticks[50, -2] = np.nan
     with pytest.raises(InputError, match="'arm' is nan in its sample 21"):
         lumen_samples_of(replace(run, ticks=ticks))
     ticks = run.ticks.copy()
