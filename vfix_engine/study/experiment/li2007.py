@@ -23,6 +23,7 @@ from .li2004 import bead_residual
 from .measured import ErrorSizes
 from .options import TRIALS, Options
 from .paper_figures import CONTRADICTIONS, LI_2007
+from .papers_program import THRESHOLD_MM, counted
 from .traces import traces
 from .trials import Mode, TrialKey, run_trial, subject_of
 
@@ -68,7 +69,7 @@ def evaluated(recorded: Mapping[TrialKey, Recorded], options: Options) -> dict[s
         "time_s": pairs({mode: means(found[mode]["time_s"]) for mode in MODES}),
     }
     cells = [*_table_1(found, in_variant, compared), *_table_2(found, compared), *_inspection(recorded, sizes, options)]
-    cells += [*_registration(options.seed), *_said(found)]
+    cells += [*_registration(options.seed), *program_cells(recorded), *_said(found)]
     assumed = {name: value for name, value in vars(sizes).items() if name not in ("shift_mm", "turn_rad")}
     more = {
         "subjects": options.subjects,
@@ -176,6 +177,20 @@ def _registration(seed: int) -> list[Cell]:
     residuals = [bead_residual(seed, fit) for fit in range(TRIALS)]
     note = f"the localisation error of {FLE_MM} mm rms was chosen by this figure"
     return [_cell("registration", float(np.mean(residuals)), float(np.std(residuals, ddof=1)), "assumed", TRIALS, note)]
+
+
+def program_cells(recorded: Mapping[TrialKey, Recorded]) -> list[Cell]:
+    """The papers' program in the first hands-on trial of each subject."""
+    chosen = [one.trial for key, one in recorded.items() if (key.mode, key.trial) == ("hands-on", 0)]
+    counts = counted(chosen)
+    note = f"pairs nearer than {THRESHOLD_MM} mm: not printed, chosen by the largest number of rows"
+    rows = {"A·J": counts.constraint_rows, "W·J": counts.objective_rows}
+    cells = [
+        _cell(f"rows of {name} {which}", float(of(count)), None, "assumed", len(chosen), note)
+        for name, count in rows.items()
+        for which, of in (("fewest", min), ("most", max))
+    ]
+    return [*cells, _cell("NNLS iterations", float(max(counts.iterations)), None, "predicted", len(chosen))]
 
 
 def _said(found: Mapping[str, Mapping[str, Array]]) -> list[Cell]:

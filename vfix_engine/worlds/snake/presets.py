@@ -12,7 +12,7 @@ from .settings import DriveSettings
 OURS = (
     "the certificate of each whole motion in the arm 'certified', with backtracking; the paper prints none",
     "the centreline and the contours, which are fitted to the surface and not placed by hand",
-    "joints that keep their limits where the centreline bends more sharply than they can",
+    "how joints keep their limits where the centreline bends more sharply than they can",
     "the search for control bends by rays from rest, instead of a concave minimisation",
     "the bound of a link by place, at most half the lumen's radius there",
     "the control 'view', which is not the paper's",
@@ -89,7 +89,8 @@ PRESETS = {
                 "units of c_b and c_I": "not printed: N·rad/s and N·N·m",
                 "admittance of a hand without a device": "the paper has a device: 10 mm/s per N",
                 "radius of a contour": "placed by hand in the paper: the 0.3 quantile of the rays to the wall",
-                "joints of a manual hand": "not printed: the camera of a straight robot moves like the hand",
+                "scale of a manual hand": "not printed, nor which motion turns which angle: the camera of a "
+                "straight robot moves like the hand",
                 "speeds of the hand": "not printed: insertion at 20 mm/s",
             },
         ),

@@ -1,7 +1,7 @@
 """The manual arm: the hand turns one of the last two universal joints, and the others follow the centreline.
 
-Kwok 2013, section IV.D, the control experiment: left and right, up and down are mapped to the two angles of the chosen
-joint, whatever the view is turned to.
+Kwok 2013, section IV.C.1, the control experiment: left and right, up and down are mapped to the two angles of the
+chosen joint, whatever the view is turned to.
 """
 
 from __future__ import annotations
