@@ -12,6 +12,7 @@ from typing import Any
 
 from app.commands.counts import positive
 from app.commands.found_runs import FoundRun, find_run, optional_services
+from app.commands.head_options import say_notes
 from app.commands.study_scenes import specs_of
 from app.commands.study_template import TEMPLATE
 from app.exchange.plan_files import write_export
@@ -29,6 +30,7 @@ from vfix_engine.study.own.simulated import SimulatedTrials, measured
 from vfix_engine.study.statistics import least_subjects, power
 from vfix_engine.worlds.registry import spec_of
 from vfix_engine.worlds.rigid.row import PHASES
+from vfix_engine.worlds.rigid.scene_parts import tool_parts
 
 NOTICE = "Not for clinical use."
 Progress = Callable[[float], object]
@@ -103,7 +105,11 @@ def _simulate(
         count += 1
         progress(count / len(wanted))
 
-    return run_all(trials, wanted, min(args.workers, max(len(wanted), 1)), keep, args.scheduler)
+    try:
+        return run_all(trials, wanted, min(args.workers, max(len(wanted), 1)), keep, args.scheduler)
+    except KeyboardInterrupt:
+        say_notes([f"{count} of {len(wanted)} trials are done and stay; the same command goes on from there"])
+        raise
 
 
 def order(args: argparse.Namespace, progress: Progress) -> int:
@@ -170,8 +176,8 @@ def _record_of(study: StudyFile, name: TrialName, found: FoundRun, expected: Any
     scene = getattr(spec, "scene", None)
     if scene is None or scene.path_points is None or not _same(scene.path_points, expected.scene.path_points):
         wrong.append(f"its path is not that of the plan {condition.plan}")
-    elif scene.tool_itself() != expected.scene.tool_itself():
-        wrong.append(f"its tool is {scene.tool_itself().name}, not {expected.scene.tool_itself().name}")
+    elif tool_parts(scene.tool_itself()) != tool_parts(expected.scene.tool_itself()):
+        wrong.append(f"its tool is {scene.tool_itself().name}, another one than the trial's")
     elif (scene.printed is None) != (expected.scene.printed is None):
         wrong.append(f"its program is not that of the arm {condition.arm}")
     if wrong:

@@ -56,6 +56,7 @@ def test_a_whole_study_is_cancelled_resumed_attached_to_and_reported(
     with monkeypatch.context() as patch:
         patch.setattr(SimulatedTrials, "__call__", cancelled)
         assert main(run) == 130
+    assert "2 of 4 trials are done and stay" in capsys.readouterr().err
     first = {one.name: one.read_bytes() for one in (results / "trials").iterdir()}
     assert len(first) == 2  # what was done stays
 
