@@ -24,7 +24,8 @@ from vfix_engine.files.frame_report import FRAMES, MM_PER_UNIT
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.study.polyps.placing import POLYPS
 from vfix_engine.study.polyps.table import PRINTED
-from vfix_engine.study.polyps.trial import polyp_trial, polyp_world
+from vfix_engine.study.polyps.trial import polyp_trial
+from vfix_engine.study.polyps.world import polyp_world
 from vfix_engine.worlds.snake.presets import PRESETS
 from vfix_engine.worlds.snake.settings import CONTROLS
 

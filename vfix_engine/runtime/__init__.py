@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from .command import Command, Master
 from .control_mode import Control
 from .operator import Act, Operator
-from .requests import Bend, Request, Reset, SetControl, SetSettings, SetTask, Straighten
+from .requests import Bend, Note, Request, Reset, SetControl, SetSettings, SetTask, Straighten
 from .settings import WorldSettings
 from .snapshot import Blocker, Snapshot, Timing
 from .system import Background, Column, Grip, System, SystemSpec, Worker
@@ -44,6 +44,7 @@ __all__ = [
     "InlineWorker",
     "Log",
     "Master",
+    "Note",
     "Operator",
     "Replay",
     "Request",

@@ -39,6 +39,7 @@ _REFINE_S = 3.0  # [s] for which a view that is good enough to count is made bet
 _SEEK_S = 5.0  # [s] without a view until the next place is tried
 _STILL_STEPS, _STILL_DEG, _STILL_MM = 30, 0.02, 0.005  # a view that changes by less for so many steps is stuck
 _AHEAD_DEG, _BAND_MM = 30.0, 1.0  # the robot is fed only while the target is ahead, and to so near 15 mm
+_ASIDE_DEG, _NEAR_MM = 75.0, 11.0  # it is drawn back from one that is nearer, also while it is aside
 _PASSED_DEG = 110.0  # off the optical axis: the camera has passed the target
 _ALONG = 0.2  # least share of a feed that changes the distance
 _BEFORE_END_MM = 1.0  # of the tip, while polyps are left
@@ -99,19 +100,34 @@ class PolypOperator:
 
     def _clear(self, drive: DriveView, index: int) -> Iterator[Order]:
         """Try one polyp from one place after the other."""
-        last = self.task.end_mm - _BEFORE_END_MM
-        for offset in OFFSETS_MM:
-            place = min(self.task.polyps[index].s_mm - offset, last, drive.length_mm)
-            if place <= 0.0 or self._is_cleared(index):
-                continue
-            yield from self._to(drive, place)
+        planned = self._views[index] if self._views and drive.settings.arm != "manual" else None
+        polyp_s = self.task.polyps[index].s_mm
+        yield from self._by_hand(drive, index, polyp_s - OFFSETS_MM[0])
+        if planned is not None:
+            yield from self._by_hand(drive, index, planned[0])
+            yield from self._as_planned(drive, index, *planned)
+        for offset in OFFSETS_MM[1:]:
+            yield from self._by_hand(drive, index, polyp_s - offset)
+
+    def _by_hand(self, drive: DriveView, index: int, place_mm: float) -> Iterator[Order]:
+        place_mm = min(place_mm, self.task.end_mm - _BEFORE_END_MM, drive.length_mm)
+        if place_mm > 0.0 and not self._is_cleared(index):
+            yield from self._to(drive, place_mm)
             yield from self._aim(drive, index)
             self._note(drive, index, "hand")
-        if self._views and not self._is_cleared(index) and drive.settings.arm != "manual":
-            place, bends = self._views[index]
-            yield from self._to(drive, place)
-            yield from self._bend(drive, index, bends)
-            self._note(drive, index, "plan")
+
+    def _as_planned(self, drive: DriveView, index: int, place_mm: float, bends: Array) -> Iterator[Order]:
+        """The distal links along planned bends, then held as long as the polyp is viewed."""
+        if self._is_cleared(index):
+            return
+        yield from self._to(drive, place_mm)
+        for bend in bends:
+            yield from bend_to(drive, bend)
+        while not self._is_cleared(index):
+            yield Order(SnakeCommand(), _HOLD_S)
+            if not self._is_viewed(index):
+                break
+        self._note(drive, index, "plan")
 
     def _to(self, drive: DriveView, place_mm: float) -> Iterator[Order]:
         """Straight to a place."""
@@ -131,19 +147,12 @@ class PolypOperator:
     def _is_viewed(self, index: int) -> bool:
         return self.progress.viewed and self.progress.target == index
 
-    def _bend(self, drive: DriveView, index: int, bends: Array) -> Iterator[Order]:
-        """The distal links along planned bends, then hold them as long as the polyp is viewed."""
-        for bend in bends:
-            yield from bend_to(drive, bend)
-        while not self._is_cleared(index):
-            yield Order(SnakeCommand(), _HOLD_S)
-            if not self._is_viewed(index):
-                return
-
     def _aim(self, drive: DriveView, index: int) -> Iterator[Order]:
         """Pull the camera to a polyp and hold it there, until it is cleared or the hand gets no farther."""
         seek = refine = 0.0
         still, before, joint = 0, (math.inf, math.inf), 1
+        if drive.state.hand_joint != joint:
+            drive.ask(ChooseJoint(joint))
         while True:
             aim, viewed = self._seen(drive, index), self._is_viewed(index)
             if self._is_cleared(index):
@@ -162,8 +171,6 @@ class PolypOperator:
                     joint, still, seek = joint + 1, 0, 0.0
                     drive.ask(ChooseJoint(joint))
                 else:
-                    if joint != 1:
-                        drive.ask(ChooseJoint(1))
                     return
             yield Order(self._pull(drive, aim), _AIM_S)
 
@@ -180,7 +187,8 @@ class PolypOperator:
     def _feed(self, drive: DriveView, aim: Aim) -> float:
         """mm/s of insertion that brings the distance to 15 mm; 0 where it would not."""
         off = aim.distance_mm - REFERENCE_MM
-        if aim.angle_deg > _AHEAD_DEG or abs(off) < _BAND_MM:
+        most = _AHEAD_DEG if aim.distance_mm > _NEAR_MM else _ASIDE_DEG
+        if aim.angle_deg > most or abs(off) < _BAND_MM:
             return 0.0
         camera = drive.snake.camera(drive.q, drive.state.base)
         along = float(camera[:3, :3] @ np.array(aim.local) @ drive.state.tissue.curve.tangent(drive.tip_s))

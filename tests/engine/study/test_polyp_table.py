@@ -1,0 +1,130 @@
+"""Table III of study I from a run made by hand, whose answers are known."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vfix_engine.arrays import Array
+from vfix_engine.errors import InputError
+from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.runtime.command import COMMAND_SIZE
+from vfix_engine.runtime.requests import Reset
+from vfix_engine.runtime.run import Run, RunWriter
+from vfix_engine.study.polyps.series import PolypSeries, polyp_series, task_note
+from vfix_engine.study.polyps.table import PRINTED, beyond_bound_mm, episodes, polyp_table, table_iii, withdrawal_s
+from vfix_engine.study.polyps.task import PROUD_MM, Polyp, PolypTask
+from vfix_engine.worlds.snake import DriveSpec
+from vfix_engine.worlds.snake.settings import DriveSettings
+from vfix_engine.worlds.snake.spec import LumenContours
+
+DT = 0.5
+# Places of the camera on the z axis, and depths in mm of the two links outside the pathway, after each step.
+EYE = [60.0, *[88.0] * 6, 70.0, *[88.0] * 15, 88.0, 140.0, 150.0, 120.0]
+DEEP = {1: (2.0, 0.0), 2: (4.0, 1.0), 10: (0.0, 3.0), 24: (0.0, 5.0)}
+END_MM = 150.0
+
+
+def free(eye: Array, index: int, t: float) -> bool:
+    return True
+
+
+def polyp(z: float) -> Polyp:
+    return Polyp(z, (0.0, -PROUD_MM, z), (0.0, 1.0, 0.0), (0.0, 0.0, z))
+
+
+TASK = PolypTask((polyp(100.0), polyp(400.0)), 50.0, END_MM, "ascending", 3, 0.75)
+
+
+def written(folder: Path, before: int = 0, reset: bool = False) -> Run:
+    """A run of a straight robot of two links that goes along the z axis; ``before``: steps before the task begins."""
+    line = np.column_stack([np.zeros((9, 2)), np.linspace(0.0, 400.0, 9)])
+    spec = DriveSpec(LumenContours(line, np.full((9, 1), 15.0)), SnakeModel(2), drive=DriveSettings(manipulated=2))
+    names = [column.name for column in spec.columns]
+    writer = RunWriter(folder, spec, spec.columns, 3)
+    for step in range(-before, len(EYE)):
+        if step == 0:
+            if reset:
+                writer.event("request", Reset())
+            writer.event("request", task_note(TASK))
+        eye = EYE[step] if step >= 0 else 10.0
+        row = dict.fromkeys(names, 0.0)
+        row |= {"t": DT * (step + 1 + (0 if reset else before)), "tip_s": eye, "tip_z": eye - 6.0, "beyond_bound": -1.0}
+        row |= {"base_00": 1.0, "base_11": 1.0, "base_22": 1.0, "base_23": eye - 62.0}
+        first, last = DEEP.get(step, (0.0, 0.0))
+        row |= {"outside_link1": first, "outside_link2": last, "beyond_bound": max(first, last) - 4.0}
+        writer.tick(np.concatenate([np.zeros(COMMAND_SIZE), [row[name] for name in names]]))
+    writer.close()
+    return Run.read(folder)
+
+
+@pytest.fixture(scope="module")
+def series(tmp_path_factory: pytest.TempPathFactory) -> PolypSeries:
+    return polyp_series(written(tmp_path_factory.mktemp("runs") / "run"), free)
+
+
+def test_the_twelve_rows(series: PolypSeries) -> None:
+    found = table_iii(series).to_dict()
+    assert list(found) == list(PRINTED)
+    assert found["completion_time_s"] == pytest.approx(13.0)  # the 26th step is at 150 mm
+    assert found["travelled_mm"] == pytest.approx((28.0 + 18.0 + 18.0 + 62.0) / 2.0)
+    assert found["polyps_missed"] == 1
+    assert found["distance_error_mm"] == pytest.approx(3.0)  # 12 mm away
+    assert found["angle_error_deg"] == pytest.approx(0.0)
+    assert found["times_missed"] == pytest.approx(0.5)  # once, of the first
+    assert found["deviations"] == 3
+    assert found["deviation_max_mm"] == pytest.approx(5.0)
+    assert found["deviation_mean_mm"] == pytest.approx((2.0 + 4.0 + 3.0 + 5.0) / 4.0)
+    assert found["deviation_time_mean_s"] == pytest.approx(2.0 / 3.0)
+    assert found["deviation_time_max_s"] == pytest.approx(1.0)
+    assert found["deviation_length_mm"] == pytest.approx(52.0)  # of steps 2, 10 and 24 only the last moves the tip
+
+
+def test_figures_beside_the_table(series: PolypSeries) -> None:
+    assert beyond_bound_mm(series) == pytest.approx(1.0)
+    assert withdrawal_s(series) is None  # the task ended at the deepest place
+    first, second = polyp_table(series)
+    assert first["cleared_s"] == pytest.approx(4.5 + 7.0)  # from the first step that views it again
+    assert first["viewed_s"] == pytest.approx(2.5 + 7.0)
+    assert (first["times_missed"], second["cleared"], second["distance_error_mm"]) == (1, False, None)
+
+
+def test_withdrawal_counts_from_the_deepest_place(series: PolypSeries) -> None:
+    count = len(series.t)
+    back = np.where(np.arange(count) < 10, np.linspace(0.0, 90.0, count), 0.0)
+    assert withdrawal_s(replace(series, tip_mm=back)) == pytest.approx(DT * (count - 10))
+
+
+def test_the_pose_of_a_target_follows_from_the_rows(series: PolypSeries) -> None:
+    assert len(series.t) == 26  # the task is over, and the rest of the run is not read
+    assert series.local[0] == pytest.approx([0.0, 0.0, 40.0])
+    assert series.facing[0] == pytest.approx([0.0, 1.0, 0.0])
+    assert series.target[0] == 0
+    assert series.target[-1] == 1
+    assert series.viewed.sum() == 6 + 15
+    assert series.marker[1] == pytest.approx(1.0 - 3.0 / 7.0)
+    assert series.camera[3, :3, 3] == pytest.approx([0.0, 0.0, 88.0])
+
+
+@pytest.mark.parametrize("reset", [False, True])
+def test_a_task_may_begin_within_a_run(reset: bool, series: PolypSeries, tmp_path: Path) -> None:
+    later = polyp_series(written(tmp_path / "run", before=5, reset=reset), free)
+    assert later.start_t == pytest.approx(0.0 if reset else 5 * DT)
+    assert table_iii(later).to_dict() == pytest.approx(table_iii(series).to_dict())
+
+
+def test_a_run_without_a_task_is_refused(tmp_path: Path) -> None:
+    run = written(tmp_path / "run")
+    with pytest.raises(InputError, match="no polyps were looked for"):
+        polyp_series(replace(run, events=()), free)
+
+
+def test_an_episode_is_a_time_in_one_piece() -> None:
+    true = np.array([True, True, False, True, False, False, True])
+    assert episodes(true, np.full(7, 0.1)) == pytest.approx([0.2, 0.1, 0.1])
+    assert len(episodes(np.zeros(3, dtype=bool), np.ones(3))) == 0
+    assert math.fsum(episodes(np.ones(3, dtype=bool), np.array([1.0, 2.0, 3.0]))) == 6.0

@@ -1,0 +1,149 @@
+"""Where study I takes place: a lumen, a robot, and polyps where the robot can view them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...arrays import Array, BoolArray
+from ...errors import InputError
+from ...geometry.curve import Curve
+from ...geometry.mesh import TriangleMesh
+from ...pathway.pathway import TissueMotion
+from ...robots.snake import SnakeModel
+from ...snake.conform.conforming import driven_curve
+from ...validate import point
+from ...worlds.snake.lumen import Lumen, lumen_between
+from ...worlds.snake.narrow import narrowest
+from ...worlds.snake.settings import DriveSettings
+from ...worlds.snake.viewable import Viewable, viewable_wall
+from .placing import POLYPS, WallPlaces, placed
+from .task import PolypTask
+
+FIRST_MARK, LAST_MARK = "rectosigmoid", "ascending"  # where the paper's polyps begin, and where its task ends
+ERROR_AT_MOST = 0.8  # of a planned view of a polyp, as of ``ViewLimits.error``
+_SAME_MM = 1e-6
+
+
+class PlacedPolyps(NamedTuple):
+    """A task in a lumen.
+
+    views: for each polyp the tip's arc length in mm and the bends (n, 2L') rad from which the plan views it.
+    """
+
+    places: WallPlaces
+    task: PolypTask
+    views: tuple[tuple[float, Array], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class PolypWorld:
+    """What a trial is driven in: one robot in one lumen with its polyps."""
+
+    lumen: Lumen
+    snake: SnakeModel
+    settings: DriveSettings
+    polyps: PlacedPolyps
+
+    @property
+    def motion(self) -> TissueMotion | None:
+        """Of the tissue; None: it is still."""
+        return self.lumen.pathway.motion
+
+
+def polyp_world(
+    mesh: TriangleMesh,
+    start: ArrayLike,
+    end: ArrayLike,
+    landmarks: Mapping[str, ArrayLike],
+    model: SnakeModel,
+    links: int | None,
+    settings: DriveSettings,
+    tissue: TissueMotion | None = None,
+    *,
+    seed: int = 0,
+    count: int = POLYPS,
+    anyway: bool = False,
+    say: Callable[[str], None] = lambda words: None,
+) -> PolypWorld:
+    """Prepare a lumen, find what the robot can view of it, and place polyps there by ``polyps_in``.
+
+    Args:
+        mesh, start, end, tissue, anyway: as for ``drive_lumen``. model, links: the robot, None links: as many as it
+            takes to the end. seed: of the polyps; count: their number.
+
+    Raises:
+        InputError: as ``polyps_in``. PathwayError, RobotError: as ``drive_lumen``.
+    """
+    say("centreline, followable curve and pathway")
+    lumen = lumen_between(mesh, start, end, model, settings, tissue)
+    curve, snake = driven_curve(lumen.pathway, lumen.curve), lumen.snake(model, links)
+    reach = min(curve.length, snake.reach_mm())
+    if not anyway:
+        narrowest(lumen.pathway, snake, settings.bound_mm, reach).refuse(snake)
+    bending_mm = settings.manipulated * snake.length_mm
+    _way(landmarks, curve, reach, bending_mm)  # refused before the long part
+    say("what of the wall this robot can view")
+    found = viewable_wall(mesh, lumen.pathway, snake, settings, lumen.curve, lumen.slack)
+    return PolypWorld(lumen, snake, settings, polyps_in(found, mesh, curve, landmarks, bending_mm, seed, count))
+
+
+def polyps_in(
+    found: Viewable,
+    mesh: TriangleMesh,
+    curve: Curve,
+    landmarks: Mapping[str, ArrayLike],
+    bending_mm: float,
+    seed: int = 0,
+    count: int = POLYPS,
+) -> PlacedPolyps:
+    """Place polyps in a lumen of which it is known what the robot can view.
+
+    The polyps begin at the landmark 'rectosigmoid', or else where the links that bend are inside; the task ends at the
+    landmark 'ascending', or else at the depth that the robot reaches.
+
+    Args:
+        found: of ``viewable_wall`` with the same mesh; curve: that the robot follows, at rest. landmarks: places (3,)
+            by name. bending_mm: length of the links that bend.
+
+    Raises:
+        InputError: as ``placed``; a robot that does not come to the first polyp.
+    """
+    from_mm, end_mm, end_name = _way(landmarks, curve, min(curve.length, found.depth_mm), bending_mm)
+    places = WallPlaces.of(mesh, curve)
+    task = placed(places, _viewable(found, end_mm), from_mm, end_mm, end_name, seed, count)
+    return PlacedPolyps(places, task, tuple(_views(task, found, places)))
+
+
+def _way(
+    landmarks: Mapping[str, ArrayLike], curve: Curve, depth: float, bending_mm: float
+) -> tuple[float, float, str | None]:
+    """From and to which arc length in mm polyps are placed, and the landmark at the end, if it is reached."""
+    at = {name: curve.closest(point(f"the landmark {name!r}", place)) for name, place in landmarks.items()}
+    from_mm = at.get(FIRST_MARK, min(bending_mm, depth / 3.0))
+    reached = LAST_MARK in at and at[LAST_MARK] <= depth + _SAME_MM
+    end_mm = at[LAST_MARK] if reached else depth
+    if not from_mm < end_mm:
+        raise InputError(f"the robot reaches {depth:.0f} mm, and the first polyp is to be at {from_mm:.0f} mm or more")
+    return from_mm, end_mm, LAST_MARK if reached else None
+
+
+def _viewable(found: Viewable, end_mm: float) -> BoolArray:
+    """(F,) triangles that are viewed well enough from before the end of the task."""
+    tip_s = np.array([view.tip_s for view in found.views] or [np.inf])
+    mask: BoolArray = found.mask & found.counted & (found.error <= ERROR_AT_MOST) & (tip_s[found.view] < end_mm)
+    return mask
+
+
+def _views(task: PolypTask, found: Viewable, places: WallPlaces) -> list[tuple[float, Array]]:
+    """The planned view of each polyp."""
+    kept = []
+    for polyp in task.polyps:
+        triangle = int(np.linalg.norm(places.wall.centre - np.array(polyp.wall), axis=1).argmin())
+        view = found.views[int(found.view[triangle])]
+        kept.append((view.tip_s, view.bends))
+    return kept
