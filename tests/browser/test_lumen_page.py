@@ -9,6 +9,10 @@ import pytest
 from playwright.sync_api import Page, expect
 from workstation import DRIVEN_S, Rest, Workstation
 
+# The class of the arc that shows the guidance force, '' while there is none.
+ARC = """() => [...document.querySelectorAll('[data-force=guidance]')].filter(({ style }) => style.display !== "none")
+  .map((arc) => arc.getAttribute("class") ?? "").join()"""
+
 pytestmark = pytest.mark.browser
 Open = Callable[..., Workstation]
 
@@ -55,9 +59,15 @@ def test_a_colon_is_opened_planned_and_driven_by_wheel_and_drag(open_page: Open,
         station.wait_for("rest", lambda: _resting(station))
     ahead = page.evaluate(SHOWN)
     station.picture("lumen-drive")
-    _drag(page, 160, 0)
+    _drag(page, 200, 0)
     station.wait_for("another view", lambda: _turned(ahead, page.evaluate(SHOWN)) > 3.0)
+    station.wait_for("the arc of the force", lambda: page.evaluate(ARC))
     station.picture("lumen-turned")
+    bent, depth = station.state("snake")["bend"], station.state("snake")["depth_mm"]
+    _wheel(page, 2)  # with its bend
+    station.wait_for("the depth", lambda: station.state("snake")["depth_mm"] > depth + 5.0)
+    assert not station.state("snake")["straight"]
+    assert abs(station.state("snake")["bend"] - bent) < 0.1
     page.keyboard.down("s")
     depth = station.state("snake")["depth_mm"]
     page.keyboard.up("s")
@@ -70,6 +80,13 @@ def test_a_colon_is_opened_planned_and_driven_by_wheel_and_drag(open_page: Open,
     expect(page.locator("#bench")).to_have_attribute("data-layout", "endoscope-alone")
     page.check("#outside-view")
     expect(page.locator("#bench")).to_have_attribute("data-layout", "endoscope")
+    page.keyboard.press("Space")
+    station.wait_for("the pause", lambda: station.rehearsal()["state"] == "paused")
+    expect(page.locator("#arm-words")).to_contain_text("behind wall")
+    page.click("[data-arm=guided]")
+    expect(page.locator("#uncertified")).to_be_visible()
+    station.wait_for("the entry", lambda: station.rehearsal()["state"] == "ready", DRIVEN_S)
+    assert (station.state("snake")["depth_mm"], station.state("snake")["certified"]) == (0.0, False)
     page.evaluate("vfix.request('rehearsal.end')")
     (run,) = station.wait_for("the run", lambda: rest.runs("colon-phantom"))
     assert (run["world"], run["origin"], run["plan_id"]) == ("snake", "page", "colon-phantom-sample")

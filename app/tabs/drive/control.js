@@ -48,8 +48,8 @@ export function controlGroup(connection, options, snake, running) {
   return titled("Arm", null, html`
     <div class="segmented devices" role="group" aria-label="Arm">${ARMS.map(([name, label]) => html`<button type="button" data-arm=${name}
       aria-pressed=${String(name === arm)} ?disabled=${!open} @click=${() => connection.send("drive.arm", { arm: name })}>${label}</button>`)}</div>
-    ${hintLine("arm-words", WORDS[arm], HELP)}
-    ${arm === "certified" ? behind(snake) : html`<p class="words uncertified" id="uncertified" role="status">${WITHOUT}</p>`}
+    ${hintLine("arm-words", arm === "certified" ? certifiedWords(snake) : WORDS[arm], arm === "certified" ? `${BEHIND_HELP} ${HELP}` : HELP)}
+    ${arm === "certified" ? nothing : html`<p class="words uncertified" id="uncertified" role="status">${WITHOUT}</p>`}
     ${arm === "manual" ? joints(connection, snake, running) : nothing}
     ${arm === "guided" && snake?.yield_mm_per_s_per_n ? html`<p class="words" id="yield-words">Pull yields by ${fixed(snake.yield_mm_per_s_per_n, 0)} mm/s per N, assumed.</p>` : nothing}
     <div class="beside">${hintLine("preset-words", "Parameters", PRESET_HELP)}
@@ -58,11 +58,14 @@ export function controlGroup(connection, options, snake, running) {
     <details class="folded" id="link-values"><summary>Values by link</summary>${linkTable(connection, options)}</details>`);
 }
 
-/** @param {SnakeView | null | undefined} snake */
-function behind(snake) {
-  if (!snake?.behind) return nothing;
+/**
+ * What the certificate speaks of: the share of the pathway behind the wall, and its depth there, beside it.
+ * @param {SnakeView | null | undefined} snake
+ */
+export function certifiedWords(snake) {
+  if (!snake?.behind) return WORDS.certified;
   const { share, depth_mm: depth } = snake.behind;
-  return hintLine("behind-wall", `Certified · ${fixed(100 * share, 0)} % of the pathway behind wall · up to ${fixed(depth, 1)} mm`, BEHIND_HELP);
+  return `Certified · ${fixed(100 * share, 0)} % of the pathway behind wall · up to ${fixed(depth, 1)} mm`;
 }
 
 /**

@@ -49,6 +49,12 @@ export const SHORTCUTS = [
     { keys: "E", words: "Endoscope large; again: beside 3D", does: "layout.endoscope" },
     { keys: "Drag the sphere", words: "Pull the tool by hand" },
   ]],
+  ["Drive", [
+    { keys: "Wheel, W S", words: "In the picture: insert and retract; W S hold" },
+    { keys: "Drag, A D", words: "Move the camera" },
+    { keys: "Space", words: "Pause the robot where it is" },
+    { keys: "J", words: "The other joint of a manual hand" },
+  ]],
 ];
 
 const KEYS = new Map(SHORTCUTS.flatMap(([, rows]) => rows.flatMap(({ keys, does }) => (does ? [[does, keys]] : []))));

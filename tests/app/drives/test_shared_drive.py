@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -440,6 +441,22 @@ def test_a_drive_says_why_it_could_not_start(monkeypatch: pytest.MonkeyPatch) ->
     assert drive.state == "failed"
     assert "does not fit" in drive.read(ONE).words
     assert not Process.last.alive
+
+
+def test_a_start_that_compiles_says_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(drive_process, "ControlProcess", Process)
+    drive: Drive = SharedDrive()
+    said: list[str] = []
+
+    def wait_ready(process: Process, heard: Callable[[int], None]) -> None:
+        for count in (3, 40):
+            heard(count)
+            said.append(drive.read(ONE).words)
+
+    monkeypatch.setattr(Process, "wait_ready", wait_ready)
+    drive.open("plan", _prepared, Now())
+    assert said == ["First start: compiling, 3 parts done.", "First start: compiling, 40 parts done."]
+    assert (drive.state, drive.read(ONE).words) == ("ready", "")
 
 
 def test_a_start_that_is_not_wanted_any_more_is_ended_at_once(

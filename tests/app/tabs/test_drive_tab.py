@@ -18,11 +18,15 @@ from app.lumen.document import StoredRoute
 from app.messages.client import Client
 from app.messages.fields import ClientMessage
 from app.services import Services
+from app.tabs.drive import preparation
+from app.tabs.drive.options import LumenDriveOptions
 from app.tabs.drive.routes import COLUMNS
 from app.tabs.drive.tab import LumenDriveTab
 from app.workspace.workspace import Workspace
 from vfix_engine.errors import ControlError
+from vfix_engine.kernels.preparation import Preparation
 
+INSERT = drives.Push(type="drive", direction=1)
 PATIENCE_S = 240.0  # the kernels of a snake may have to be compiled
 
 
@@ -97,7 +101,7 @@ def test_a_robot_is_inserted_by_keys_steered_straightened_and_its_run_is_stored(
     back = drives.Push(type="drive", direction=-1)
     client.until(lambda shown: shown["snake"]["depth_mm"] < deep["depth_mm"] - 5.0, back)
     send(client.tab, "rehearsal.end")
-    run = _stored(phantom_services, route)
+    (run,) = _stored(phantom_services, route)
     assert (run.plan_id, run.manifest["world"], run.mode) == (route.id, "snake", None)
 
 
@@ -140,6 +144,95 @@ def send_operation(client: Driving, kind: str, **fields: Any) -> None:
     send(tab, kind, **fields)
 
 
+def test_another_arm_ends_the_run_and_stands_at_the_entry_and_each_run_says_its_own(
+    phantom_services: Services, shared: SharedDrives[Any, Any], route: StoredRoute
+) -> None:
+    client, other = Driving(phantom_services, shared), Driving(phantom_services, shared, Client("tab-two-0", "holds"))
+    client.open(route)
+    assert client.shown()["drive_options"]["arm"] == "certified"
+    send(client.tab, "rehearsal.start")
+    client.until(lambda shown: shown["snake"] and shown["snake"]["depth_mm"] > 2.0, INSERT)
+    other.open(route)
+    assert not other.shown()["drive_options"]["open"]
+    with pytest.raises(ControlError, match="holds the handle"):
+        send(other.tab, "drive.arm", arm="manual")
+    send(client.tab, "drive.arm", arm="manual")
+    shown = client.until(lambda shown: shown["rehearsal"]["state"] == "ready")
+    assert (shown["snake"]["depth_mm"], shown["snake"]["arm"], shown["snake"]["certified"]) == (0.0, "manual", False)
+    assert other.shown()["drive_options"]["arm"] == "manual"
+    send(client.tab, "rehearsal.start")
+    client.until(lambda shown: shown["snake"]["can_look"], INSERT)
+    send(client.tab, "drive.joint", joint=2)
+    client.until(lambda shown: shown["snake"]["joint"] == 2)
+    send(client.tab, "rehearsal.end")
+    runs = _stored(phantom_services, route, 2)
+    arms = sorted((run.manifest["spec"]["drive"]["arm"], run.certified) for run in runs)
+    assert arms == [("certified", True), ("manual", False)]
+
+
+def test_parameters_of_a_paper_show_their_bends_as_ghosts_and_values_of_links_are_the_drives(
+    phantom_services: Services, shared: SharedDrives[Any, Any], route: StoredRoute
+) -> None:
+    client = Driving(phantom_services, shared)
+    client.open(route)
+    send(client.tab, "drive.preset", preset="kwok2013")
+    bounds = [None, None, None, None, 2.5]
+    send(client.tab, "drive.links", bounds_mm=bounds, thresholds_mm=[0.5] * 5, springs_n_per_mm=None)
+    options = client.shown()["drive_options"]
+    assert (options["preset"], options["links"][-1]) == (
+        "kwok2013",
+        {"bound_mm": 2.5, "threshold_mm": 0.5, "spring_n_per_mm": 0.45},
+    )
+    send(client.tab, "drive.bends", on=True)
+    send(client.tab, "rehearsal.start")
+    client.until(lambda shown: shown["snake"] and shown["snake"]["can_look"], INSERT)
+    client.tab.handle_now(drives.Push(type="drive", direction=0))
+    shown = client.until(lambda shown: shown["snake"]["bends"] == 4)["snake"]
+    assert (shown["steered"], shown["shown"]) == (True, True)
+    prepared, snapshot = client.tab.now.prepared, client.tab.now.snapshot
+    assert prepared is not None
+    assert snapshot is not None
+    assert (prepared.preset, prepared.drive.control, prepared.drive.bends) == ("kwok2013", "parameterised", 4)
+    assert snapshot.bounds[-1] == 2.5
+    assert "drive.bends" in {layer.name for layer in client.tab.layers()}
+    send(client.tab, "drive.bends", on=False)
+    client.shown()
+    assert "drive.bends" not in {layer.name for layer in client.tab.layers()}
+
+
+def test_the_share_behind_the_wall_stands_beside_certified(
+    phantom_services: Services, shared: SharedDrives[Any, Any], route: StoredRoute
+) -> None:
+    client = Driving(phantom_services, shared)
+    client.open(route)
+    client.tab.enter()
+    shown = client.until(lambda shown: shown["snake"])["snake"]
+    path = phantom_services.lumen_routes.paths.wait(route)
+    assert path.reach.behind_wall is not None
+    assert shown["behind"]["share"] == pytest.approx(path.reach.behind_wall.outside, abs=1e-4)
+    assert shown["behind"]["depth_mm"] == pytest.approx(path.reach.behind_wall.depth_mm[-1], abs=1e-2)
+
+
+def test_kernels_that_are_being_prepared_are_waited_for_in_words(
+    phantom_services: Services, route: StoredRoute, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However long that takes: the process is started afterwards."""
+    slow = Preparation("none", (), "never", 200)
+    slow._idle.clear()
+    monkeypatch.setattr(preparation, "SNAKE", slow)
+    told: list[str] = []
+
+    def tell(words: str) -> None:
+        told.append(words)
+        if len(told) == 3:
+            slow._idle.set()
+
+    prepared = preparation.prepare(phantom_services, route, LumenDriveOptions(), tell)
+    assert prepared.drive.arm == "certified"
+    assert len(told) == 3
+    assert told[0].startswith("First start: preparing the snake, ")
+
+
 def test_a_row_of_poses_has_the_camera_and_the_force_of_guidance(
     phantom_services: Services, shared: SharedDrives[Any, Any], route: StoredRoute
 ) -> None:
@@ -157,12 +250,12 @@ def test_a_row_of_poses_has_the_camera_and_the_force_of_guidance(
     assert (row["guidance_force_x"], row["progress_mm"]) == (0.0, 0.0)
 
 
-def _stored(services: Services, route: StoredRoute) -> Any:
+def _stored(services: Services, route: StoredRoute, count: int = 1) -> list[Any]:
     waited = threading.Event()
     deadline = time.monotonic() + 60.0
     while time.monotonic() < deadline:
         runs = services.runs.list(plan_id=route.id)
-        if runs:
-            return runs[0]
+        if len(runs) >= count:
+            return list(runs)
         waited.wait(0.05)
     raise AssertionError("the run was not stored")
