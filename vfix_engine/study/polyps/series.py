@@ -102,7 +102,7 @@ def polyp_series(run: Run, sight: Sight) -> PolypSeries:
     at = {column.name: place for place, column in enumerate(run.columns)}
     reset = any(isinstance(event.content, Reset) and event.at == first for event in run.events)
     start_t = 0.0 if first == 0 or reset else float(run.rows[first - 1, at["t"]])
-    camera = _cameras(snake, rows, at)
+    camera = cameras(snake, rows, at)
     links = [place for name, place in at.items() if name.startswith("outside_link")]
     t, tip_mm = rows[:, at["t"]], rows[:, at["tip_s"]]
     aims, progress = _aimed(task, spec.tissue, camera, tip_mm, t, start_t, sight)
@@ -113,7 +113,7 @@ def polyp_series(run: Run, sight: Sight) -> PolypSeries:
     )  # fmt: skip
 
 
-def _cameras(snake: SnakeModel, rows: Array, at: dict[str, int]) -> Array:
+def cameras(snake: SnakeModel, rows: Array, at: dict[str, int]) -> Array:
     """(n, 4, 4) transform_camera_to_patient of rows, as ``SnakeModel.camera`` has it."""
     joints = np.ascontiguousarray(rows[:, at["q0"] : at["q0"] + snake.dof])
     bases = np.zeros((len(rows), 4, 4))
