@@ -2,6 +2,8 @@
 
 In turns the shipped head's sample is driven by a process alone, and on the page in a real browser, where the endoscope
 is large, the nearness gauge is shown and the drive is recorded. Both are led by the key that drives, back and forth.
+With ``--world snake`` it is the robot of the colon that travels with vfix, endoscope and scene are drawn, and so many
+others watch.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
 from app.extras import has_app, need_app
-from benchmarks import cases, report
+from benchmarks import cases, cockpit_snake, report
 from benchmarks.page import SAMPLE, await_true, fresh_page, open_plan
 from benchmarks.realtime import BEAT_S, driven_process
 from vfix_engine.control import ControlSettings
@@ -47,6 +49,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options: how many pairs, and for how long."""
     parser.add_argument("--pairs", type=int, default=5, help="of drives, 5 to 10 (default 5)")
     parser.add_argument("--seconds", type=float, default=8.0, help="of each drive (default 8)")
+    parser.add_argument("--world", choices=("rigid", "snake"), default="rigid", help="what is driven (default rigid)")
+    parser.add_argument("--watchers", type=int, default=20, help="who watch a snake on the page (default 20)")
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
@@ -60,8 +64,10 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     """
     if not has_app():
         raise need_app("vfix bench cockpit")
-    if args.pairs not in _STUDENT_95 or not 2.0 <= args.seconds <= 600.0:
-        raise report.BenchmarkRefused("--pairs is 5 to 10, --seconds 2 to 600")
+    if args.pairs not in _STUDENT_95 or not 2.0 <= args.seconds <= 600.0 or not 0 <= args.watchers <= 30:
+        raise report.BenchmarkRefused("--pairs is 5 to 10, --seconds 2 to 600, --watchers 0 to 30")
+    if args.world == "snake":
+        return _snake(args)
     machine, pairs = report.machine().to_dict(), list[dict[str, float]]()
     with fresh_page(1280, 800) as (page, address, version), _process() as process:
         open_plan(page, address, SAMPLE)
@@ -76,6 +82,32 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         "ratios": {"lateness_p99": ratio},
         "ratio_95": [low, high],
         "goal": GOAL,
+    }
+
+
+def _snake(args: argparse.Namespace) -> dict[str, Any]:
+    """Return the figures of each drive of a snake, alone and on a watched page, and the ratios of their medians."""
+    machine, pairs = report.machine().to_dict(), list[dict[str, cockpit_snake.Figures]]()
+    with cockpit_snake.driven_alone() as process, fresh_page(1280, 800) as (page, address, version):
+        cockpit_snake.begin(page, address)
+        with cockpit_snake.watchers(address, args.watchers):
+            for _ in range(args.pairs):
+                none = cockpit_snake.alone(process, args.seconds)
+                pairs.append({"none": none, "all": cockpit_snake.on_page(page, args.seconds)})
+    medians = {
+        kind: {name: statistics.median(one[kind][name] for one in pairs) for name in pairs[0][kind]}
+        for kind in ("none", "all")
+    }
+    ratio, low, high = interval([math.log(one["all"]["step_us_p99"] / one["none"]["step_us_p99"]) for one in pairs])
+    return {
+        "machine": machine,
+        "browser": version,
+        "world": "snake",
+        "watchers": args.watchers,
+        "medians": medians,
+        "pairs": pairs,
+        "ratios": {"step_p99": ratio},
+        "ratio_95": [low, high],
     }
 
 

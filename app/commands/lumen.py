@@ -67,6 +67,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     drive.add_argument("--bound", type=float, metavar="MM", help="how far a link may leave the pathway, everywhere")
     drive.add_argument("--tip-bound", type=float, metavar="MM", help="how far the last link may")
     drive.add_argument("--anyway", action="store_true", help="go on where the lumen is narrower than the robot")
+    drive.add_argument("--back", action="store_true", help="draw it out again at the end")
     drive.add_argument("--waypoint", type=float, metavar="MM", help="of insertion between two conforming shapes")
     drive.add_argument("--breathing", type=float, metavar="MM", help="the pathway moves to and fro by so much")
     drive.add_argument("--peristalsis", type=float, metavar="SHARE", help="waves narrow the pathway by that share")
@@ -116,7 +117,7 @@ def run(args: argparse.Namespace) -> int:
         report = drive_lumen(
             mesh, args.start, args.end, count, landmarks, args.operator, settings, album, snake=snake,
             tissue=lumen_tissue(args.breathing, args.peristalsis), seed=args.seed,
-            anyway=args.anyway, record=recording.begin,
+            anyway=args.anyway, back=args.back, record=recording.begin,
             progress=lambda words: print(f"vfix: {words}", file=sys.stderr, flush=True),
         )  # fmt: skip
     except BaseException:

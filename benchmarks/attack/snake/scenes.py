@@ -13,6 +13,7 @@ import numpy as np
 
 from benchmarks.attack.campaign import Random
 from benchmarks.cases import DEFAULT_TRIAL_DATA
+from vfix_engine.anatomy.lumen.colon_case import colon_case
 from vfix_engine.arrays import Array
 from vfix_engine.files.mesh_files import read_mesh
 from vfix_engine.geometry.curve import Curve
@@ -95,10 +96,19 @@ def _colon_folder() -> Path:
     return Path(os.environ.get("VFIX_TRIAL_DATA", DEFAULT_TRIAL_DATA)) / "colon"
 
 
+@cache
+def _embedded_lumen() -> Lumen:
+    """Return the prepared synthetic colon that travels with vfix, cached."""
+    case = colon_case()
+    return lumen_between(case.mesh, case.start, case.end, SnakeModel(1), DriveSettings())
+
+
 def _colon(links: int, tissue: TissueMotion | None = None) -> Arena | str:
     lumen = _colon_lumen()
-    if isinstance(lumen, str):
-        return lumen
+    return lumen if isinstance(lumen, str) else _in_colon(lumen, links, tissue)
+
+
+def _in_colon(lumen: Lumen, links: int, tissue: TissueMotion | None) -> Arena:
     tips = (
         0.75 * min(links, 5) * 28.0,
         min(links * 28.0, lumen.curve.length) if links > 5 else lumen.curve.length - 5.0,
@@ -124,6 +134,10 @@ BUILDERS: dict[str, Callable[[Random], Arena | str]] = {
     "breathing lobes": lambda _: _made(5, _bend(_lobed()), breathing(BODY, 8.0, 4.0)),
     "squeezing helix": lambda _: _made(5, _bend(13.0, rise=35.0, turn=3.0), peristalsis()),
     "squeezing long helix": lambda _: _made(30, _bend(14.0, 110.0, 8.0, 45.0, 70), together(_breath(), peristalsis())),
+    "embedded colon, 30 links": lambda _: _in_colon(_embedded_lumen(), 30, None),
+    "squeezing embedded colon, 30 links": lambda _: _in_colon(
+        _embedded_lumen(), 30, together(_breath(), peristalsis())
+    ),
     "colon, 5 links": lambda _: _colon(5),
     "colon, 30 links": lambda _: _colon(30),
     "breathing colon, 5 links": lambda _: _colon(5, _breath()),

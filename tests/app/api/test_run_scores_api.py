@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from app.drives.run_scores import RunScores, score_file
 from app.services import Services
 from vfix_engine.runtime.run import Run
 from vfix_engine.study.holds import holds_of
+from vfix_engine.study.lumen import lumen_holds_of, lumen_series_of, score_lumen_run
 from vfix_engine.study.metrics import score_run
 from vfix_engine.study.series import series_of
 
@@ -40,6 +42,37 @@ def commented_over_rest(client: Client, path: str, snake: str) -> None:
     other = client.post(f"/api/v1/runs/{snake}/comments", json={"at_s": 0.01, "text": "The bend"})
     assert (other.status_code, other.json()["t_s"]) == (201, 0.01)
     assert client.post("/api/v1/runs/nobody/comments", json={"at_s": 0.0, "text": "x"}).status_code == 404
+
+
+def in_a_lumen(client: Client, home: Services, snake: dict[str, Any]) -> None:
+    """The run of a snake, recorded before its rows had the link nearest to its bound, has a score and series too."""
+    assert (snake["mode"], snake["arm"], snake["score"]) == (None, "certified", None)
+    path = f"/api/v1/runs/{snake['id']}"
+    with home.runs.laid_out(snake["id"]) as place:
+        run = Run.read(place)
+    expected, score = score_lumen_run(run).to_dict(), client.get(f"{path}/score").json()
+    same = (
+        "arm",
+        "certified",
+        "depth_mm",
+        "length_mm",
+        "share",
+        "path_length_mm",
+        "beyond_bound_mm",
+        "force_n",
+        "task",
+    )
+    assert {key: score[key] for key in same} == {key: expected[key] for key in same}
+    assert [one["t_s"] for one in score["holds"]] == [one.t_s for one in lumen_holds_of(run)]
+    short = client.get(path).json()["score"]
+    assert (short["depth_mm"], short["beyond_bound_mm"]) == (score["depth_mm"], 0.0)
+    told, series = client.get(f"{path}/series").json(), lumen_series_of(run, 20.0)
+    assert np.array(told["chain_mm"]) == pytest.approx(series.chain, abs=0.006)
+    assert np.array(told["eye"]) == pytest.approx(series.eye, abs=1e-3)
+    assert told["t_s"] == pytest.approx(series.t, abs=1e-4)
+    assert (told["world"], told["arm"], told["limits"][0]) == ("snake", "certified", "")
+    assert client.get(f"{path}/export", params={"format": "csv"}).status_code == 200
+    assert client.post(f"{path}/swept").status_code == client.patch(path, json={"teacher": True}).status_code == 422
 
 
 def test_a_run_is_scored_once_and_its_series_are_downloaded(old_home: Services) -> None:
@@ -82,10 +115,8 @@ def test_a_run_is_scored_once_and_its_series_are_downloaded(old_home: Services) 
     commented_over_rest(client, path, runs["snake"]["id"])
 
     for what in ("score", "series"):
-        refused = client.get(f"/api/v1/runs/{snake['id']}/{what}")
-        assert refused.status_code == 422
-        assert "no rigid tool" in refused.json()["error"]["message"]
         assert client.get(f"/api/v1/runs/nobody/{what}").status_code == 404
+    in_a_lumen(client, old_home, snake)
 
     page = client.get(f"{path}/report", params={"beside": rigid["id"]})
     assert page.headers["content-type"].startswith("text/html")

@@ -40,9 +40,25 @@ def test_runs_of_before_are_scored_by_id_and_by_folder(
     assert json.loads(capsys.readouterr().out)["runs"][0]["whole"] is False
 
 
+def test_a_run_in_a_lumen_has_the_score_of_a_lumen(
+    old_runs: dict[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["score", old_runs["rigid"], old_runs["snake"], "--json"]) == 0
+    rigid, snake = json.loads(capsys.readouterr().out)["runs"]
+    assert (rigid["world"], snake["world"], snake["arm"], snake["certified"]) == ("rigid", "snake", "certified", True)
+    assert 0.0 < snake["depth_mm"] <= snake["length_mm"]
+    assert snake["beyond_bound_mm"] == 0.0
+    assert main(["score", old_runs["snake"]]) == 0
+    assert "withdrawal_s" in capsys.readouterr().out
+    assert main(["run", "list", "--arm", "certified", "--json"]) == 0
+    assert {one["arm"] for one in json.loads(capsys.readouterr().out)} == {"certified"}
+    assert main(["run", "list", "--arm", "manual", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == []
+
+
 def test_what_cannot_be_scored_ends_the_command(old_runs: dict[str, str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["score", old_runs["rigid"], old_runs["snake"], "--json"]) == 2
+    assert main(["score", old_runs["rigid"], old_runs["snake"], "--errors", "papers", "--json"]) == 2
     told = json.loads(capsys.readouterr().out)
-    assert "no rigid tool" in told["error"]["message"]
+    assert "no error chain" in told["error"]["message"]
     assert main(["score", "run-nobody"]) == 2
     assert "run-nobody" in capsys.readouterr().err

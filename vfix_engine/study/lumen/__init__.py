@@ -4,14 +4,14 @@ from .holds import lumen_holds_of
 from .samples import LumenSamples, lumen_samples_of
 from .score import LumenScore, score_lumen_run
 from .series import LumenSeries, lumen_series_of
-from .task_rows import TASK_ROWS, ScoreRow, TaskScore
+from .task_rows import TASKS, TaskRow, TaskScore
 
 __all__ = [
-    "TASK_ROWS",
+    "TASKS",
     "LumenSamples",
     "LumenScore",
     "LumenSeries",
-    "ScoreRow",
+    "TaskRow",
     "TaskScore",
     "lumen_holds_of",
     "lumen_samples_of",

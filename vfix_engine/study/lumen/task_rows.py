@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 
 from ...runtime.run import Run
 
 
 @dataclass(frozen=True)
-class ScoreRow:
+class TaskRow:
     """One figure of a task as it is shown: its name, value, unit, and the digits after the point.
 
     value: None where it is not defined. worse: whether it is to stand out.
@@ -28,13 +28,17 @@ class TaskScore:
 
     title: str
     completed: bool
-    rows: tuple[ScoreRow, ...]
+    rows: tuple[TaskRow, ...]
 
 
-# By name of a task: its score of a run, None for a run that is of no such task. A task's module adds its own.
-TASK_ROWS: dict[str, Callable[[Run], TaskScore | None]] = {}
+# Modules with a function `task_score` of a run: its `TaskScore`, None for a run that is of no such task.
+TASKS: list[str] = []
 
 
 def task_score(run: Run) -> TaskScore | None:
     """The score of the task that a run is of; None where it is of none."""
-    return next((found for of in TASK_ROWS.values() if (found := of(run)) is not None), None)
+    for module in TASKS:
+        found: TaskScore | None = import_module(module).task_score(run)
+        if found is not None:
+            return found
+    return None

@@ -27,7 +27,9 @@ from vfix_engine.worlds.snake.settings import DriveSettings
 from vfix_engine.worlds.snake.stepping.constants import SnakeCertificate, start_of
 from vfix_engine.worlds.snake.stepping.state import SnakeState
 
-SCENES = ("helix", "narrow", "lobes", "hairpin", "breathing bend", "squeezing helix")
+SCENES = (
+    "helix", "narrow", "lobes", "hairpin", "breathing bend", "squeezing helix", "squeezing embedded colon, 30 links",
+)  # fmt: skip
 STEPS, SEED = 100, 20261124
 
 

@@ -30,7 +30,7 @@ from ..stepping.state import SnakeState
 from .compare_controls import compare_controls
 from .drive_report import DriveReport, Visit
 from .drive_run import DriveRun
-from .operators import OPERATORS, SnakeOperator, Stop, attacked, scripted
+from .operators import OPERATORS, SnakeOperator, Stop, attacked, scripted, withdrawn
 from .script import DriveSpec
 from .snake_drive import SnakeDrive
 from .wall_depth import WallDepth
@@ -89,6 +89,7 @@ def drive_lumen(
     tissue: TissueMotion | None = None,
     seed: int = 0,
     anyway: bool = False,
+    back: bool = False,
     progress: Callable[[str], None] | None = None,
     record: Callable[[DriveSpec], Log | None] | None = None,
 ) -> DriveReport:
@@ -104,6 +105,7 @@ def drive_lumen(
         tissue: how the pathway moves; None: it is still.
         seed: of the adversarial operator; progress: called with what is being done.
         anyway: go also where the pathway is narrower than the robot, which is refused otherwise.
+        back: draw the robot out again at the end.
         record: returns the destination of the recorded run for the spec of the drive, which is at its start; None:
             nothing is recorded.
 
@@ -146,13 +148,25 @@ def drive_lumen(
             break
     target = min(target, drive.length_mm)  # a path that moves may have become shorter
     stopped = run.finish(target)
+    inserted, base, tip = drive.tip_s, drive.state.base[:3, 3], drive.tip
+    if back:
+        _drawn_back(run, say)
     outside = containment(mesh, lumen.pathway if tissue is None else lumen.pathway.moved(None))
     spent = {"lumen": ready - began, "drive": perf_counter() - ready}
     return DriveReport(
-        robot.links, target, drive.tip_s, curve.length, run.tally, tuple(visits), outside.outside, outside.depth_mm,
+        robot.links, target, inserted, curve.length, run.tally, tuple(visits), outside.outside, outside.depth_mm,
         run.offset_mm, drive.state.refused_commands, spent, asdict(settings), stopped, tuple(run.retries), operator,
-        robot.assumed, warnings, narrow, run.behind_wall, ends, drive.state.base[:3, 3], drive.tip, lumen.pathway,
+        robot.assumed, warnings, narrow, run.behind_wall, ends, base, tip, lumen.pathway,
+        drive.tip_s if back else None,
     )  # fmt: skip
+
+
+def _drawn_back(run: DriveRun, say: Callable[[str], None]) -> None:
+    """Draw the robot back, until it is out or gets nowhere."""
+    drive, driving = run.drive, withdrawn()
+    while (act := driving(drive.system, drive.state)) is not None and run.stalled is None:
+        run.carry_out(act)
+    say(f"drawn back to {drive.tip_s:.0f} mm")
 
 
 def _silent(_: str) -> None:

@@ -156,9 +156,10 @@ class DriveReport:
     narrowest: Narrowest
     behind_wall: dict[str, Any]
     ends: PathEnds
-    base: Array  # (3,) where the robot's base and its tip ended, LPS mm
+    base: Array  # (3,) where the robot's base and its tip ended when it was inserted, LPS mm
     tip: Array
     pathway: Pathway = field(repr=False)
+    withdrawn_mm: float | None = None
 
     @property
     def reached(self) -> bool:
@@ -181,14 +182,16 @@ class DriveReport:
         pathway's surface that lies outside the lumen, and how far (median, 95 %, most): the pathway is not the wall.
         behind_wall: of the places of links past the path's start that were measured against the triangles themselves,
         the one deepest behind them, and of each link; its mm is None where the tissue moves. narrowest: see ``narrow``.
+        withdrawn_mm: where the tip was after it was drawn back, None where it was not.
         start_lps_mm, end_lps_mm: of the path as driven, ``*_moved_mm`` from where they were asked for; base_lps_mm,
-        tip_lps_mm: where the robot ended.
+        tip_lps_mm: where the insertion ended.
         """
         tally = self.tally
         looking, inserting = tally.step_us["looking"], tally.step_us["inserting"]
         return {
             "links": self.links,
             "inserted_mm": float(self.inserted_mm),
+            "withdrawn_mm": self.withdrawn_mm,
             "target_mm": float(self.target_mm),
             "path_mm": float(self.path_mm),
             "reached": self.reached,

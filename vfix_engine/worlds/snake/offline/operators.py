@@ -75,6 +75,11 @@ def inserted(target_s: float, attempts: int) -> SnakeOperator:
     return SnakeOperator(partial(insert_to, to_s=target_s, attempts=attempts))
 
 
+def withdrawn() -> SnakeOperator:
+    """Draw back until the tip is out, and nothing else; where it is held, go a little forwards and come again."""
+    return SnakeOperator(_withdraw)
+
+
 def adversarial(steps: int, seed: int = 0) -> SnakeOperator:
     """Commands that try to get links out of the pathway: jumps, full speed, one direction for long, nonsense."""
     return SnakeOperator(partial(_adversarial, steps=steps, seed=seed))
@@ -143,6 +148,19 @@ def _come_again(drive: DriveView, to_s: float, attempts: int = len(_COME_AGAIN))
             break
     drive.plan_anew(usual)
     return passed
+
+
+def _withdraw(drive: DriveView) -> Iterator[Order]:
+    """Backwards, with other shapes where it is held."""
+    usual = drive.settings.waypoint_mm
+    yield Order(SnakeCommand(straighten=True), drive.settings.step_s)
+    for forwards, share in ((0.0, 1.0), *_COME_AGAIN):
+        drive.plan_anew(share * usual)
+        if forwards:
+            yield from _go(drive, min(drive.tip_s + forwards, drive.length_mm))
+        yield from _go(drive, 0.0)
+        if drive.tip_s <= 1e-6:
+            return
 
 
 def _held_by(drive: DriveView) -> str:
