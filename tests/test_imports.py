@@ -38,7 +38,7 @@ ENGINE_ROOMS = {
     "suggestion": 9,
     "": 9,  # what a script may import from the top
 }
-ANATOMY_ROOMS = {"": 0, "labels": 1, "lumen": 1, "endoscopy": 2}
+ANATOMY_ROOMS = {"": 0, "labels": 1, "lumen": 1, "endoscopy": 2, "lumen_import": 2}
 PATHWAY_ROOMS = {"": 0, "query": 1, "limits": 2}
 SNAKE_ROOMS = {"": 0, "bending": 0, "control": 1, "haptics": 1, "conform": 2}
 WORLD_ROOMS = {"rigid": 1, "snake": 1, "freehand": 2, "registry": 3, "": 4}

@@ -62,7 +62,7 @@ class ImportRequest(HeadRequest):
     def lumen(self) -> LumenRequest:
         """What is read of a lumen. Raises InputError where this is a head."""
         if self.kind != "lumen":
-            raise InputError("a label, a seed and a threshold of air are said of a lumen; say that it is one.")
+            raise InputError("label, seed and air are said of a lumen; say that it is one.")
         told = {"frame": self.frame, "unit": self.unit, "assume": self.assume, "series": self.series}
         return LumenRequest(self.path, **told, label=self.label, seed=self.seed, air_hu=self.air_hu)  # type: ignore[arg-type]
 

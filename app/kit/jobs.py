@@ -19,7 +19,7 @@ from vfix_engine.errors import VfixError
 JobKind = Literal[
     "import", "structures", "dry_run", "run", "suggestion", "tools", "segmentation", "islands", "overlay", "beads",
     "refinement", "skin", "openings", "pictures", "endoscope", "swept",
-    "route",
+    "route", "viewable",
 ]  # fmt: skip
 JobState = Literal["queued", "running", "done", "failed", "cancelled"]
 ENDED: frozenset[JobState] = frozenset({"done", "failed", "cancelled"})

@@ -127,9 +127,13 @@ class RoutePaths:
         """The path where it was computed before. Never waits."""
         return self._known.peek(self.key(route))
 
+    def check_ends(self, route: StoredRoute) -> None:
+        """Raises InputError for a route without entry or end."""
+        _ends(route.content)
+
     def start(self, route: StoredRoute) -> Job:
         """Compute it as a job. Raises NotFound, and InputError for a route without entry or end."""
-        _ends(route.content)
+        self.check_ends(route)
 
         def work(progress: Progress) -> str:
             self.make(route, progress)

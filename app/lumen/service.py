@@ -7,6 +7,7 @@ from app.documents.documents import Documents
 from app.kit.jobs import Jobs
 from app.lumen.document import ROUTE, Route
 from app.lumen.paths import RoutePaths
+from app.lumen.views import RouteViews
 from app.store import Store
 
 
@@ -17,3 +18,4 @@ class RouteService:
         self.documents: Documents[Route] = Documents(store, ROUTE)
         self.cases = cases
         self.paths = RoutePaths(cases, jobs)
+        self.views = RouteViews(cases, jobs, self.paths)

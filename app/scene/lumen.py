@@ -78,6 +78,25 @@ class ContourNodes:
             self._ball.remove()
 
 
+class SeenWallNodes:
+    """The part of the wall that the robot can view, tinted."""
+
+    def __init__(self, view: SceneView, seen: TriangleMesh) -> None:
+        self._node = view.scene.add_mesh_simple(
+            "/route/seen",
+            np.asarray(seen.vertices, dtype=np.float32),
+            np.asarray(seen.faces, dtype=np.uint32),
+            color=palette.SEEN_WALL,
+            opacity=0.45,
+            side="double",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+
+    def remove(self) -> None:
+        self._node.remove()
+
+
 @dataclass(frozen=True)
 class MarkShape:
     """A polyp or a label as it is drawn: a ball that stands so many mm out of the wall at a place, LPS mm."""

@@ -8,6 +8,7 @@ import numpy.typing as npt
 BONE = (226, 216, 198)
 WALL = (214, 134, 120)  # of a lumen
 ANATOMY = {"bone": BONE, "lumen": WALL}  # by the role of the structure that a case is driven in
+SEEN_WALL = (90, 190, 160)  # that a robot can view
 POLYP = (250, 204, 92)  # on that wall
 SKIN = (222, 164, 138)
 ACCENT = (109, 179, 242)

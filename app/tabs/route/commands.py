@@ -32,4 +32,11 @@ class ChooseContour(ClientMessage):
     at_mm: Annotated[float, Field(ge=0.0, le=1e4, allow_inf_nan=False)] | None
 
 
-COMMANDS: tuple[type[ClientMessage], ...] = (OpenRoute, PickRoutePlace, ChooseContour)
+class ViewWall(ClientMessage):
+    """Compute which part of the wall the robot can view, or show it in the scene, or not."""
+
+    type: Literal["route.viewable"]
+    shown: bool | None = None
+
+
+COMMANDS: tuple[type[ClientMessage], ...] = (OpenRoute, PickRoutePlace, ChooseContour, ViewWall)

@@ -110,10 +110,10 @@ class ContourHand:
             "words": _words(items, len(edited.left_out)),
         }
 
-    def layers(self, active: bool) -> list[Layer[Any]]:
+    def layers(self) -> list[Layer[Any]]:
         """The chosen contour, with the ball that it is dragged by."""
         number, edited, document = self.chosen, self._edited, self._document
-        if not active or number is None or edited is None or document is None:
+        if number is None or edited is None or document is None:
             return []
         contours = edited.pathway.contours()
         rim = rim_of(contours, int(np.abs(contours.s - edited.pathway.at_s[number]).argmin()))

@@ -9,6 +9,7 @@ import { draw, html, iconTool, live, nameRow, nothing, repeat, said, titled, unl
 import { ContourPart } from "./contours.js";
 import { MarksPart } from "./marks.js";
 import { RadiiPlot } from "./radii-plot.js";
+import { WallViews } from "./wall-views.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
 /** @import { LandmarkView, ReachOfferView, RouteEntry, RoutePathSection, RouteSection, ViewModel } from "/static/js/types.js" */
@@ -31,23 +32,25 @@ export default class RoutePanel {
     this.path = h("div", { class: "group" });
     this.contours = new ContourPart(connection);
     this.marks = new MarksPart(connection);
+    this.views = new WallViews(connection);
     this.plot = new RadiiPlot((at_mm) => {
       if (this.parts.unfolded.has("contours")) this.contours.picked(at_mm);
     });
     this.parts = new RouteParts(this.contours, this.marks);
-    this.element = h("div", {}, this.list, this.ends, this.robot, this.path, this.plot.element, this.parts.element);
+    this.element = h("div", {}, this.list, this.ends, this.robot, this.path, this.views.element, this.plot.element, this.parts.element);
     this.roving = rovingRows(this.list);
     keys.shortcuts.push((event) => this.key(event));
   }
 
   /** @param {ViewModel} state */
-  update({ routes, route, route_path: path, route_contours: contours, case: open }) {
+  update({ routes, route, route_path: path, route_contours: contours, route_views: views, case: open }) {
     this.drawList(routes?.items ?? [], route);
     draw(this.ends, route ? this.endsOf(route, open?.landmarks ?? []) : html``);
     draw(this.robot, route ? this.robotOf(route) : html``);
     draw(this.path, route && path ? titled("Pathway", null, this.pathOf(path)) : html``);
     for (const part of [this.ends, this.robot, this.path]) part.hidden = !route;
     this.plot.update(path, contours);
+    this.views.update(path?.state === "ready" ? views : undefined);
     this.contours.update(contours, route);
     this.marks.update(route);
     this.parts.element.hidden = !route;

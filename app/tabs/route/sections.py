@@ -58,6 +58,16 @@ class ContourList(TypedDict):
     words: str
 
 
+class WallViewsSection(TypedDict):
+    """The viewable share of the wall up to depth_mm, None until it is computed. shown: tinted in the scene."""
+
+    state: Literal["none", "computing", "ready", "failed"]
+    words: str
+    share: float | None
+    depth_mm: float | None
+    shown: bool
+
+
 class RouteSection(TypedDict):
     """The open route; lengths in mm. links: None for as many as the way needs. bound_mm: None by the lumen's radius.
 
@@ -121,9 +131,10 @@ class RoutePathSection(TypedDict):
 
 
 class RouteSections(TypedDict):
-    """Routes of a lumen, the open one, its pathway and the pathway's contours."""
+    """Routes of a lumen, the open one, its pathway, the pathway's contours, and what can be viewed."""
 
     routes: RouteList
     route: RouteSection | None
     route_path: RoutePathSection
     route_contours: ContourList
+    route_views: WallViewsSection

@@ -28,6 +28,7 @@ from app.tabs.route.contours import ContourHand
 from app.tabs.route.marks import marks_layer
 from app.tabs.route.sections import RouteList
 from app.tabs.route.view import path_section, route_section
+from app.tabs.route.views import ViewHand
 from app.workspace.latest import BackgroundTask, Latest
 from app.workspace.layers import Layer
 from app.workspace.plan_items import position_of
@@ -61,6 +62,7 @@ class RouteTab(Tab):
         self._wanted = ""  # the key of the path that is computed, known, or has failed
         self._path: RoutePath | None = None
         self._failure = ""
+        self._seen = ViewHand(workspace, self._routes.views)
         workspace.on_case_opened(lambda plan_id: self._case_opened())
 
     # -- which route is open
@@ -81,6 +83,7 @@ class RouteTab(Tab):
         self._document = None if route_id is None else self._routes.documents.get(route_id)
         self._ask()
         self._contours.read(self._document, self._path)
+        self._seen.read(self._document, self._wanted)
 
     def _need(self) -> StoredRoute:
         if self._document is None:
@@ -129,6 +132,10 @@ class RouteTab(Tab):
             case c.PickRoutePlace():
                 self._need()
                 self._picking, self._moving = command.what, command.mark_id or ""
+            case c.ViewWall(shown=None):
+                self._seen.find()
+            case c.ViewWall():
+                self._seen.shown = bool(command.shown)
             case c.ChooseContour():
                 self._contours.choose(command.at_mm)
 
@@ -218,6 +225,7 @@ class RouteTab(Tab):
             ),
             "route_path": Section((Same(told[0]), *told[1:]), lambda: path_section(*told)),
             "route_contours": self._contours.section(),
+            "route_views": self._seen.section(),
         }
 
     def _list(self, case_id: str | None) -> RouteList:
@@ -235,7 +243,9 @@ class RouteTab(Tab):
             if at is not None
         )
         layers.append(Layer("route.ends", shapes, FiducialNodes, lambda nodes: nodes.show(shapes), case_id))
-        layers += [marks_layer(content, case_id), *self._contours.layers(self.active)]
+        if content.marks:
+            layers.append(marks_layer(content, case_id))
+        layers += [*self._contours.layers(), *self._seen.layers()]
         if (path := self._path) is not None:
             show = partial(PathwayNodes.show, centreline=path.lumen.centreline.curve.points, rings=path.rings())
             layers.append(

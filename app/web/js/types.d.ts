@@ -47,7 +47,7 @@ export interface JobsSection {
 /** A waiting or running job, as in REST; REST alone has `result` and `error`, at its end. */
 export interface JobEntry {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures" | "endoscope" | "swept" | "route";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures" | "endoscope" | "swept" | "route" | "viewable";
   case_id: string | null;
   subject: string;
   document_id: string | null;
@@ -781,6 +781,15 @@ export interface ContourView {
   behind_mm: number | null;
 }
 
+/** The viewable share of the wall up to depth_mm, None until it is computed. shown: tinted in the scene. */
+export interface WallViewsSection {
+  state: "none" | "computing" | "ready" | "failed";
+  words: string;
+  share: number | null;
+  depth_mm: number | null;
+  shown: boolean;
+}
+
 /** The registrations of the open case. */
 export interface RegistrationsSection {
   items: RegistrationEntry[];
@@ -1373,7 +1382,7 @@ export interface ErrorMessage {
  */
 export interface JobPublic {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures" | "endoscope" | "swept" | "route";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures" | "endoscope" | "swept" | "route" | "viewable";
   case_id: string | null;
   subject: string;
   document_id: string | null;
@@ -2326,6 +2335,7 @@ export interface ViewModel {
   route?: RouteSection | null;
   route_contours?: ContourList;
   route_path?: RoutePathSection;
+  route_views?: WallViewsSection;
   routes?: RouteList;
   scene?: SceneSection;
   scope?: ScopeSection | null;
@@ -2848,6 +2858,9 @@ export interface Commands {
   };
   "route.undo": {
     revision?: number | null;
+  };
+  "route.viewable": {
+    shown?: boolean | null;
   };
   "second_volume.lay": {
     case_id: string;

@@ -9,6 +9,7 @@ import pytest
 from lumen_cases import ENTRY, RADIUS_MM, route_in, tube
 from session_doubles import CLIENT, HEAD, Heard, Now, sections_of, send
 
+from app.scene.dragging import DragEvent
 from app.scene.view import ClickRay
 from app.services import Services
 from app.tabs.route.tab import RouteTab
@@ -100,3 +101,58 @@ def test_a_head_has_no_route_open(opened: Opened) -> None:
     opened.workspace.open_case(HEAD)
     assert opened.workspace.opened.id("route") is None
     assert not opened.tab.offered
+
+
+def wall_at(z: float) -> ClickRay:
+    return ClickRay(np.array([100.0, 0.0, z]), np.array([-1.0, 0.0, 0.0]))
+
+
+def planned(opened: Opened) -> dict[str, Any]:
+    opened.do("route.new")
+    opened.do("route.entry", at=ENTRY)
+    return opened.do("route.end", at=(0.0, 0.0, 150.0))
+
+
+def test_a_contour_is_chosen_resized_and_dragged_and_the_wall_is_told(opened: Opened) -> None:
+    items = planned(opened)["route_contours"]["items"]
+    assert len(items) == 50
+    opened.tab.clicked(wall_at(40.0))  # nothing is edited: the view turns
+    assert sections_of(opened.tab)["route_contours"]["chosen"] is None
+    assert opened.do("route.contour.choose", at_mm=items[20]["at_mm"])["route_contours"]["chosen"] == 20
+    opened.tab.clicked(wall_at(items[30]["centre"][2]))
+    assert sections_of(opened.tab)["route_contours"]["chosen"] == 30
+    assert "route.contour" in [layer.name for layer in opened.tab.layers()]
+    at_mm = items[30]["at_mm"]
+    shown = opened.do("route.contour.resize", at_mm=at_mm, radii_mm=[RADIUS_MM])["route_contours"]
+    assert (shown["by_hand"], shown["items"][30]["by_hand"], shown["words"]) == (1, True, "")
+    x, y, z = shown["items"][30]["centre"]
+    for phase in ("start", "update", "end"):
+        opened.tab.dragged(DragEvent("contour", phase, (x + 6.0, y, z)))
+    shown = sections_of(opened.tab)["route_contours"]
+    assert shown["items"][30]["centre"][0] == pytest.approx(x + 6.0, abs=0.01)
+    assert "leaves the wall, by up to" in shown["words"]
+    assert sections_of(opened.tab)["route_path"]["behind_mm"] > 4.0
+    added = opened.do("route.contour.add", at_mm=0.5 * (items[40]["at_mm"] + items[41]["at_mm"]))["route_contours"]
+    assert (len(added["items"]), added["chosen"]) == (51, 41)
+    with pytest.raises(InputError, match="not on the way"):
+        opened.do("route.contour.remove", at_mm=900.0)
+    assert opened.do("route.contour.clear")["route_contours"]["by_hand"] == 0
+    assert opened.do("route.undo")["route_contours"]["by_hand"] == 2
+
+
+def test_polyps_are_clicked_one_after_the_other_and_one_is_moved(opened: Opened) -> None:
+    planned(opened)
+    opened.do("route.pick", what="polyp")
+    for z in (40.0, 60.0):
+        opened.tab.clicked(wall_at(z))
+    shown = sections_of(opened.tab)["route"]
+    assert ([mark["name"] for mark in shown["marks"]], shown["picking"]) == (["Polyp 1", "Polyp 2"], "polyp")
+    opened.do("route.pick", what="move", mark_id="p1")
+    opened.tab.clicked(wall_at(90.0))
+    shown = sections_of(opened.tab)["route"]
+    assert (round(shown["marks"][0]["at"][2]), shown["picking"], shown["moving"]) == (90, "", "")
+    assert "route.marks" in [layer.name for layer in opened.tab.layers()]
+    opened.do("route.lock", route_id=shown["id"], locked=True)
+    opened.do("route.pick", what="label")
+    with pytest.raises(InputError, match="locked"):
+        opened.tab.clicked(wall_at(50.0))

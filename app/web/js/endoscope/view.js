@@ -100,7 +100,7 @@ export class EndoscopeView {
 
   /** @param {ViewModel} state */
   update(state) {
-    const { plan, rehearsal, curve, driven, step } = state;
+    const { plan, rehearsal, curve, driven, step, route } = state;
     const live = this.visible && step?.input === "drive" && LIVE.includes(rehearsal?.state ?? "");
     const scope = scopeOf(state, replay.tools[0]?.plan);
     this.channel.follow(live && scope.poses ? scope.poses : null);
@@ -117,7 +117,7 @@ export class EndoscopeView {
       return;
     }
     const places = curve?.points ?? [];
-    const targets = ((driven ?? plan)?.targets ?? []).map(({ position }) => position);
+    const targets = [...((driven ?? plan)?.targets ?? []).map(({ position }) => position), ...(route?.marks ?? []).map(({ at }) => at)];
     this.changedPlan([places, targets], () => {
       this.renderer?.overlay.set(places, targets);
       this.schedule();
