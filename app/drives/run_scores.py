@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from app.kit.cache import Cache
 from app.store import Store
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
+from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.runtime.run import TICKS, Run
 from vfix_engine.runtime.system import SystemSpec
 from vfix_engine.study.holds import holds_of
@@ -39,10 +41,17 @@ class RunScores:
 
     A score is stored as a derived file of the run's steps and goes with them; its name has a hash of all of the run's
     files, which never change.
+
+    wall_of: of the case of a run, by its id, for a task with lines of sight; None where there is no such wall.
     """
 
-    def __init__(self, store: Store, runs: RunService) -> None:
-        self._store, self._runs = store, runs
+    def __init__(
+        self,
+        store: Store,
+        runs: RunService,
+        wall_of: Callable[[str | None], TriangleMesh | None] = lambda case_id: None,
+    ) -> None:
+        self._store, self._runs, self._wall_of = store, runs, wall_of
         self._scores: Cache[str, dict[str, Any]] = Cache(256)
         self._series: Cache[str, bytes] = Cache(4)
 
@@ -87,7 +96,8 @@ class RunScores:
         with self._runs.laid_out(run.id) as place:
             read = Run.read(place)
         spec = spec_of(read)
-        score = (_lumen_score if _in_lumen(read) else _rigid_score)(read, spec)
+        in_lumen = _in_lumen(read)
+        score = _lumen_score(read, spec, self._wall_of(run.case_id)) if in_lumen else _rigid_score(read, spec)
         score = json.loads(json.dumps(score, allow_nan=False))  # as it is read again
         if self._store.writable:
             sealed = _sealed(score)
@@ -108,8 +118,8 @@ def _rigid_score(run: Run, spec: SystemSpec) -> dict[str, Any]:
     return score
 
 
-def _lumen_score(run: Run, spec: SystemSpec) -> dict[str, Any]:
-    score = score_lumen_run(run, spec).to_dict()
+def _lumen_score(run: Run, spec: SystemSpec, wall: TriangleMesh | None) -> dict[str, Any]:
+    score = score_lumen_run(run, spec, wall).to_dict()
     score["holds"] = [hold.to_dict() for hold in lumen_holds_of(run, spec)]
     return score
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ...geometry.mesh import TriangleMesh
 from ...runtime.run import Run
 from ...runtime.system import SystemSpec
 from ...worlds.registry import arm_of, is_certified, spec_of
@@ -77,10 +78,10 @@ class LumenScore:
         return asdict(self)
 
 
-def score_lumen_run(run: Run, spec: SystemSpec | None = None) -> LumenScore:
+def score_lumen_run(run: Run, spec: SystemSpec | None = None, wall: TriangleMesh | None = None) -> LumenScore:
     """Score a run of a snake in a lumen, from its last return to the start on.
 
-    spec: that the run was driven with; None: made of its manifest.
+    spec: that the run was driven with; None: made of its manifest. wall: of the lumen, for the score of its task.
 
     Raises:
         InputError: as ``lumen_samples_of``. PathwayError: its lumen gives no pathway.
@@ -116,7 +117,7 @@ def score_lumen_run(run: Run, spec: SystemSpec | None = None) -> LumenScore:
         force_n=_mean_max(np.linalg.norm(samples.force, axis=1)),
         held_s=float(samples.period_s[samples.held].sum()),
         held_by=_held_by(samples),
-        task=task_score(run),
+        task=task_score(run, wall),
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from importlib import import_module
 
+from ...geometry.mesh import TriangleMesh
 from ...runtime.run import Run
 
 
@@ -31,14 +32,18 @@ class TaskScore:
     rows: tuple[TaskRow, ...]
 
 
-# Modules with a function `task_score` of a run: its `TaskScore`, None for a run that is of no such task.
-TASKS: list[str] = []
+# Modules with a function `task_score` as the one below: None for a run that is of no such task.
+TASKS = ["vfix_engine.study.polyps.rows"]
 
 
-def task_score(run: Run) -> TaskScore | None:
-    """The score of the task that a run is of; None where it is of none."""
+def task_score(run: Run, wall: TriangleMesh | None = None) -> TaskScore | None:
+    """The score of the task that a run is of; None where it is of none.
+
+    wall: of the lumen that was driven through, which a run does not have; without it a task with lines of sight has no
+    score.
+    """
     for module in TASKS:
-        found: TaskScore | None = import_module(module).task_score(run)
+        found: TaskScore | None = import_module(module).task_score(run, wall)
         if found is not None:
             return found
     return None

@@ -12,6 +12,7 @@ from ...arrays import Array
 from ...errors import InputError
 from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
+from .aiming import LIMITS
 from .placing import WallPlaces
 from .task import PolypTask, checked_place
 from .world import way_of
@@ -29,7 +30,8 @@ def polyps_at(
         depth_mm: that the tip reaches.
 
     Raises:
-        InputError: no polyps, or one that is beyond the end of the task. PathwayError: as ``WallPlaces.of``.
+        InputError: no polyps, or one that no camera views from before the end of the task.
+        PathwayError: as ``WallPlaces.of``.
     """
     if not len(at):
         raise InputError("there are no polyps: put some on the wall first")
@@ -38,7 +40,7 @@ def polyps_at(
     nearest = np.linalg.norm(places.wall.centre[None] - at[:, None], axis=2).argmin(axis=1)
     found = [replace(places.polyp(int(one)), wall=checked_place(place)) for one, place in zip(nearest, at, strict=True)]
     polyps = tuple(sorted(found, key=lambda polyp: polyp.s_mm))
-    if polyps[-1].s_mm > end_mm:
+    if polyps[-1].s_mm > end_mm + LIMITS.farthest_mm:
         raise InputError(
             f"a polyp is {polyps[-1].s_mm:.0f} mm along the lumen, and the task ends at {end_mm:.0f} mm: remove it"
         )

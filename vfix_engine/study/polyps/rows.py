@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from ...geometry.mesh import TriangleMesh
 from ...runtime.run import Run
 from ...worlds.registry import spec_of
-from ..lumen.task_rows import ScoreRow, TaskScore
-from .series import polyp_series, task_begun
+from ..lumen.task_rows import TaskRow, TaskScore
+from .series import polyp_series, task_begun, task_of
 from .sight import LumenSight
 from .table import TableIII, table_iii
 
@@ -46,15 +47,14 @@ def task_score(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
     """
     if wall is None or not task_begun(run):
         return None
-    from .series import task_of
-
     task, _ = task_of(run)
-    series = polyp_series(run, LumenSight(wall, task, spec_of(run).tissue))
+    spec: Any = spec_of(run)
+    series = polyp_series(run, LumenSight(wall, task, spec.tissue))
     table = table_iii(series)
     return TaskScore("Polyps", series.progress.completed, tuple(_row(table, shown) for shown in _ROWS))
 
 
-def _row(table: TableIII, shown: _Shown) -> ScoreRow:
+def _row(table: TableIII, shown: _Shown) -> TaskRow:
     value = getattr(table, shown.key)
     missed = shown.key == "polyps_missed" and value > 0
-    return ScoreRow(shown.name, None if value is None else float(value), shown.unit, shown.digits, missed)
+    return TaskRow(shown.name, None if value is None else float(value), shown.unit, shown.digits, missed)

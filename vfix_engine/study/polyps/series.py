@@ -7,6 +7,7 @@ is equal bit by bit has the same.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,8 +28,8 @@ NOTE = "kwok1"  # kind of the note with which the task begins
 
 
 def task_note(task: PolypTask) -> Note:
-    """The request that records the beginning of a task in a run."""
-    return Note(NOTE, task.to_dict())
+    """The request that records the beginning of a task in a run, whose time counts from then on."""
+    return Note(NOTE, task.to_dict(), timed=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +69,11 @@ class PolypSeries:
     def tip_step(self) -> Array:
         """(n,) mm, way of the tip in each step; 0 in the first, before which nothing is known."""
         return np.append(0.0, np.linalg.norm(np.diff(self.tip, axis=0), axis=1))
+
+
+def task_begun(run: Run) -> bool:
+    """Whether a task of polyps began in a run."""
+    return any(isinstance(event.content, Note) and event.content.kind == NOTE for event in run.events)
 
 
 def task_of(run: Run) -> tuple[PolypTask, int]:
@@ -113,8 +119,8 @@ def polyp_series(run: Run, sight: Sight) -> PolypSeries:
     )  # fmt: skip
 
 
-def cameras(snake: SnakeModel, rows: Array, at: dict[str, int]) -> Array:
-    """(n, 4, 4) transform_camera_to_patient of rows, as ``SnakeModel.camera`` has it."""
+def cameras(snake: SnakeModel, rows: Array, at: Mapping[str, int]) -> Array:
+    """(n, 4, 4) transform_camera_to_patient of rows, as ``SnakeModel.camera`` has it. at: place of each column."""
     joints = np.ascontiguousarray(rows[:, at["q0"] : at["q0"] + snake.dof])
     bases = np.zeros((len(rows), 4, 4))
     bases[:, :3] = rows[:, at["base_00"] : at["base_00"] + 12].reshape(-1, 3, 4)

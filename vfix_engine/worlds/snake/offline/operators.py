@@ -157,8 +157,8 @@ def _withdraw(drive: DriveView) -> Iterator[Order]:
     for forwards, share in ((0.0, 1.0), *_COME_AGAIN):
         drive.plan_anew(share * usual)
         if forwards:
-            yield from _go(drive, min(drive.tip_s + forwards, drive.length_mm))
-        yield from _go(drive, 0.0)
+            yield from go_to(drive, min(drive.tip_s + forwards, drive.length_mm))
+        yield from go_to(drive, 0.0)
         if drive.tip_s <= 1e-6:
             return
 
