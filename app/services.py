@@ -131,7 +131,7 @@ class Services:
 
         self.runs = RunService(self.store)
         self.run_comments = RunComments(self.store, self.runs)
-        self.run_scores = RunScores(self.store, self.runs, self.cases.case_surface)
+        self.run_scores = RunScores(self.store, self.runs, self.lumen_routes.tasks.known_wall)
         self.swept_runs = SweptRuns(self.store, self.runs, self.jobs)
         self.recordings = Recordings(self.jobs, self.runs, self.run_scores)
         self.live = LiveBoard()

@@ -51,7 +51,8 @@ def _scored(services: Services | None, found: FoundRun, args: argparse.Namespace
     if isinstance(spec, SnakeSystemSpec):
         if args.errors != NONE:
             raise InputError(f"{found.name} is a run in a lumen, whose robot has no error chain; leave out --errors")
-        return found.origin | score_lumen_run(found.run, spec).to_dict()
+        wall = None if services is None else services.lumen_routes.tasks.known_wall(case)
+        return found.origin | score_lumen_run(found.run, spec, wall).to_dict()
     path = getattr(getattr(spec, "scene", None), "path_points", None)
     chain = chain_of(args.errors, args.seed, path, registered_content(services, plan), case or "")
     score = score_run(found.run, spec, errors=None if chain.empty else chain)

@@ -16,7 +16,7 @@ from app.commands.head_options import say_notes
 from app.commands.study_scenes import specs_of
 from app.commands.study_template import TEMPLATE
 from app.exchange.plan_files import write_export
-from app.exchange.study_report import report_lines, write_report
+from app.exchange.report.study_report import report_lines, write_report
 from vfix_engine.errors import InputError
 from vfix_engine.runtime.run import digest
 from vfix_engine.study.farm import run_all

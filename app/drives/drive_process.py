@@ -110,6 +110,7 @@ class DriveProcess(Generic[P, T]):
                 self._coming = process
             process.start()
             process.wait_ready(heard=partial(self._compiling, generation))
+            prepared.begin(process)
         except VfixError as error:
             self._not_started(generation, process, str(error))
             return

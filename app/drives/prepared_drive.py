@@ -8,6 +8,7 @@ from typing import Any, Generic, TypeVar
 from app.drives.live_comments import RunComment
 from app.drives.recordings import Recording
 from vfix_engine.runtime.control_mode import Control
+from vfix_engine.runtime.process import ControlProcess
 from vfix_engine.runtime.settings import WorldSettings
 from vfix_engine.runtime.snapshot import Snapshot
 from vfix_engine.runtime.system import SystemSpec
@@ -38,6 +39,12 @@ class PreparedDrive(Generic[T]):
     def comments(self) -> tuple[RunComment, ...]:
         """Those of this drive so far."""
         return () if self.recording is None else self.recording.comments.all
+
+    def begin(self, process: ControlProcess[T]) -> None:
+        """What the drive begins with, called once when the process is ready, before its first step.
+
+        Raises VfixError where it cannot be driven.
+        """
 
     def refusal(self, asked: Any, in_force: Any, snapshot: T | None) -> str:
         """Why the requested settings are refused and what to do; '' to show the words of the process."""

@@ -20,7 +20,7 @@ from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.runtime.run import TICKS, Run
 from vfix_engine.runtime.system import SystemSpec
 from vfix_engine.study.holds import holds_of
-from vfix_engine.study.lumen import LumenSeries, Wall, lumen_holds_of, lumen_series_of, score_lumen_run
+from vfix_engine.study.lumen import LumenSeries, lumen_holds_of, lumen_series_of, score_lumen_run
 from vfix_engine.study.metrics import score_run
 from vfix_engine.study.series import RunSeries, series_of
 from vfix_engine.worlds.registry import WORLDS, spec_of
@@ -41,10 +41,16 @@ class RunScores:
 
     A score is stored as a derived file of the run's steps and goes with them; its name has a hash of all of the run's
     files, which never change.
+
+    wall_of: of the case of a run, by its id, for a task with lines of sight; None where there is no such wall.
     """
 
-    def __init__(self, store: Store, runs: RunService, wall_of: Callable[[str], TriangleMesh] | None = None) -> None:
-        """wall_of: reads the surface of a case by its id, for tasks in a lumen; None: they do without."""
+    def __init__(
+        self,
+        store: Store,
+        runs: RunService,
+        wall_of: Callable[[str | None], TriangleMesh | None] = lambda case_id: None,
+    ) -> None:
         self._store, self._runs, self._wall_of = store, runs, wall_of
         self._scores: Cache[str, dict[str, Any]] = Cache(256)
         self._series: Cache[str, bytes] = Cache(4)
@@ -86,15 +92,12 @@ class RunScores:
             raise InputError(_NO_SAMPLES)
         return self._series.get(run.id, make)
 
-    def _wall(self, run: StoredRun) -> Wall | None:
-        case_id, wall_of = run.case_id, self._wall_of
-        return None if case_id is None or wall_of is None else lambda: wall_of(case_id)
-
     def _make(self, run: StoredRun) -> dict[str, Any]:
         with self._runs.laid_out(run.id) as place:
             read = Run.read(place)
         spec = spec_of(read)
-        score = _lumen_score(read, spec, self._wall(run)) if _in_lumen(read) else _rigid_score(read, spec)
+        in_lumen = _in_lumen(read)
+        score = _lumen_score(read, spec, self._wall_of(run.case_id)) if in_lumen else _rigid_score(read, spec)
         score = json.loads(json.dumps(score, allow_nan=False))  # as it is read again
         if self._store.writable:
             sealed = _sealed(score)
@@ -115,7 +118,7 @@ def _rigid_score(run: Run, spec: SystemSpec) -> dict[str, Any]:
     return score
 
 
-def _lumen_score(run: Run, spec: SystemSpec, wall: Wall | None) -> dict[str, Any]:
+def _lumen_score(run: Run, spec: SystemSpec, wall: TriangleMesh | None) -> dict[str, Any]:
     score = score_lumen_run(run, spec, wall).to_dict()
     score["holds"] = [hold.to_dict() for hold in lumen_holds_of(run, spec)]
     return score

@@ -7,6 +7,7 @@ from app.documents.documents import Documents
 from app.kit.jobs import Jobs
 from app.lumen.document import ROUTE, Route
 from app.lumen.paths import RoutePaths
+from app.lumen.tasks import RouteTasks
 from app.lumen.views import RouteViews
 from app.store import Store
 
@@ -19,3 +20,4 @@ class RouteService:
         self.cases = cases
         self.paths = RoutePaths(cases, jobs)
         self.views = RouteViews(cases, jobs, self.paths)
+        self.tasks = RouteTasks(cases, self.paths, self.views)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from app.lumen.document import StoredRoute
 from app.lumen.paths import RoutePaths
 from vfix_engine.geometry.mesh import TriangleMesh
 
+if TYPE_CHECKING:  # slow to load, as in `paths`
+    from vfix_engine.worlds.snake.viewable import Viewable
+
 KEPT = 4  # routes whose views stay in memory
 STAGE = "Searching views of the wall"
 
@@ -22,7 +26,7 @@ class WallViews:
     """share: viewable part of the wall's area, up to the depth in mm that the tip reaches.
 
     along: the same in tenths of that way, None where there is no wall. views: number of poses of the camera that view
-    it. seen: the viewable triangles, None where there are none.
+    it. seen: the viewable triangles, None where there are none. found: as the search has it, for tasks.
     """
 
     share: float
@@ -30,6 +34,7 @@ class WallViews:
     along: tuple[float | None, ...]
     views: int
     seen: TriangleMesh | None
+    found: Viewable
 
 
 class RouteViews:
@@ -78,4 +83,5 @@ class RouteViews:
         seen = np.asarray(mesh.faces)[found.mask]
         used, faces = np.unique(seen, return_inverse=True)
         part = TriangleMesh(mesh.vertices[used], faces.reshape(-1, 3)) if len(seen) else None
-        return WallViews(float(told["share"]), float(found.depth_mm), tuple(told["along"]), len(found.views), part)
+        along = tuple(told["along"])
+        return WallViews(float(told["share"]), float(found.depth_mm), along, len(found.views), part, found)

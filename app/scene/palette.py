@@ -10,6 +10,7 @@ WALL = (214, 134, 120)  # of a lumen
 ANATOMY = {"bone": BONE, "lumen": WALL}  # by the role of the structure that a case is driven in
 SEEN_WALL = (90, 190, 160)  # that a robot can view
 POLYP = (250, 204, 92)  # on that wall
+OUT_OF_VIEW, IN_VIEW = (64, 106, 255), (255, 238, 40)  # a polyp that is looked for
 SKIN = (222, 164, 138)
 ACCENT = (109, 179, 242)
 SELECTED = (255, 255, 255)

@@ -22,7 +22,7 @@ from .hand import Hand, HandInput
 from .mailbox import Mailbox
 from .outbox import Outbox
 from .priority import RealTimePriority
-from .requests import Request, Reset, SetControl, SetSettings
+from .requests import Note, Request, Reset, SetControl, SetSettings
 from .snapshot import Snapshot
 from .wire import snapshot_to_bytes
 
@@ -60,6 +60,7 @@ class ControlLoop:
         self._hand = hand or Hand()
         self._input_seen = 0
         self._running = False
+        self._timed = False  # steps count also at rest
         self._driving = False
         self._open, self._told = True, set[str]()
         self._published_at = self._obeyed_at = -np.inf
@@ -74,7 +75,8 @@ class ControlLoop:
                 self._obey()
             self._read_hand(now)
             driven = self._running and self._hand.input.active(now)
-            if driven or not self._system.at_rest(self._driver.state, self._running):
+            timed = self._running and self._timed
+            if driven or timed or not self._system.at_rest(self._driver.state, self._running):
                 self._drive()
                 self._clock.wait()
                 self._tick(time.monotonic(), driven)
@@ -154,8 +156,11 @@ class ControlLoop:
     def _apply(self, request: Request) -> None:
         if isinstance(request, Reset):
             self._running = False
+            self._timed = False
         try:
             self._driver.apply(request)
+            if isinstance(request, Note):
+                self._timed = self._timed or request.timed
             if isinstance(request, SetControl):
                 self._hand.choose(request.control, time.monotonic())
         except VfixError as error:

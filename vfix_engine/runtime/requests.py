@@ -62,7 +62,10 @@ class Note(Request):
     """What is recorded with the run at its step and changes nothing, such as a task that begins.
 
     kind: by which readers find it; content: JSON's types.
+    timed: from then on, up to a reset, a control process steps also while nobody holds anything, unless it is paused:
+        what is noted counts its time.
     """
 
     kind: str
     content: Mapping[str, Any]
+    timed: bool = False

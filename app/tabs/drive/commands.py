@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from app.drives import commands as drives
+from app.lumen.tasks import HOLD_S, POLYPS
 from app.messages.fields import ClientMessage
 
 Bound = Annotated[float, Field(ge=0.1, le=50.0, allow_inf_nan=False)]  # [mm]
@@ -53,6 +54,21 @@ class SetLinkValues(ClientMessage):
     springs_n_per_mm: tuple[LinkValue, LinkValue, LinkValue, LinkValue, LinkValue] | None
 
 
+class ChooseTask(ClientMessage):
+    """A task of Kwok 2013 for the next run; null: none. The run ends, and the next begins at the entry.
+
+    places: of the polyps, drawn by the seed where the robot can view them, or those of the route. count: of drawn
+    ones; hold_s: for how long each has to be viewed. Both are the paper's if left out.
+    """
+
+    type: Literal["drive.task"]
+    task: Literal["polyps"] | None
+    places: Literal["seed", "route"] = "seed"
+    seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
+    count: Annotated[int, Field(ge=1, le=20)] = POLYPS
+    hold_s: Annotated[float, Field(ge=0.1, le=60.0, allow_inf_nan=False)] = HOLD_S
+
+
 class ShowBends(ClientMessage):
     """Show the control bends in this window as ghosts of the robot, or hide them."""
 
@@ -68,5 +84,6 @@ COMMANDS: tuple[type[ClientMessage], ...] = (
     ChooseParameters,
     TurnJoint,
     SetLinkValues,
+    ChooseTask,
     ShowBends,
 )

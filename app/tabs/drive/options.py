@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
+from app.lumen.tasks import TaskChoice
 from app.tabs.drive.sections import DriveOptionsView, LinkValuesView
 
 if TYPE_CHECKING:  # slow to load, and a planner that drives no snake needs none of it
@@ -23,7 +24,7 @@ class LumenDriveOptions:
 
     arm: who keeps the links in the pathway. preset: a paper's parameters; None: the default ones.
     bounds_mm, thresholds_mm, springs_n_per_mm: b_i, a_i and k_i of the five distal links, the last one's last; None:
-    those of the route, and of Table II. b_i may be None for one link alone.
+    those of the route, and of Table II. b_i may be None for one link alone. task: of the next run, None for none.
     """
 
     arm: ArmName = "certified"
@@ -31,6 +32,7 @@ class LumenDriveOptions:
     bounds_mm: BoundsMm | None = None
     thresholds_mm: LinkNumbers | None = None
     springs_n_per_mm: LinkNumbers | None = None
+    task: TaskChoice | None = None
 
     def settings(self, of_route: DriveSettings) -> DriveSettings:
         """The settings of a drive along a route. Raises InputError for a value out of its range."""

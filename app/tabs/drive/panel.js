@@ -9,6 +9,7 @@ import { forceSound } from "/static/js/endoscope/force-sound.js";
 import { snakeAxes } from "./axes.js";
 import { controlGroup } from "./control.js";
 import { SnakeStatus } from "./status.js";
+import { taskGroup } from "./task.js";
 import { tissueGroup } from "./tissue.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
@@ -32,6 +33,7 @@ export default class DrivePanel {
     this.devices = new HandDevices(keys, (axes) => connection.send("axes", snakeAxes(axes, this.devices.kind, this.devices.spaceMouse.pressed)));
     this.layout = "";
     this.endCard = new EndCard(connection, undefined, ({ route }) => route);
+    this.taskDone = false;
     this.element = h("div", {});
     window.addEventListener(LAID_OUT, (event) => {
       this.layout = /** @type {CustomEvent<string>} */ (event).detail;
@@ -50,18 +52,30 @@ export default class DrivePanel {
   }
 
   /** @param {ViewModel} state */
-  update({ rehearsal, snake, route, step, drive_options: options }) {
+  update({ rehearsal, snake, route, step, drive_options: options, drive_task: task }) {
     if (step?.name !== "drive") return;
     const runs = Boolean(rehearsal?.mine) && rehearsal?.state === "running";
     this.endCard.update(this.connection.state);
+    this.finishTask(runs && Boolean(task?.now?.completed));
     draw(this.element, html`${this.endCard.element}
       <div class="group" id="arms">${controlGroup(this.connection, options, snake, runs)}</div>
+      <div class="group" id="task">${taskGroup(this.connection, task)}</div>
       <div class="group">${titled("Drive", null, this.drive(rehearsal, route))}</div>
       <div class="group">${titled("Robot", null, snake ? figures(snake) : html`<p class="words">Appears at the entry.</p>`)}${this.camera(rehearsal, snake)}</div>
       <div class="group">${titled("Handle", null, this.handle(rehearsal))}</div>
       <div class="group" id="devices">${titled("Device", null, this.device())}</div>
       <div class="group">${titled("View", null, this.views(snake))}</div>
       <div class="group">${tissueGroup(this.connection, route)}</div>`);
+  }
+
+  /**
+   * A task that is done ends its run, by the window that drives.
+   * @param {boolean} done
+   */
+  finishTask(done) {
+    const before = this.taskDone;
+    this.taskDone = done;
+    if (done && !before) this.endCard.finish();
   }
 
   /**

@@ -8,8 +8,11 @@ from dataclasses import dataclass
 from app.drives.prepared_drive import PreparedDrive
 from app.lumen.document import Route, StoredRoute
 from app.lumen.paths import RoutePath
+from app.lumen.task_watch import TaskWatch
+from app.lumen.tasks import route_polyps
 from app.services import Services
 from app.tabs.drive.options import LumenDriveOptions
+from vfix_engine.runtime.process import ControlProcess
 from vfix_engine.worlds.registry import SNAKE
 from vfix_engine.worlds.snake import DriveSettings, LumenContours, SnakeSettings, SnakeSystemSpec
 from vfix_engine.worlds.snake.snapshot import SnakeSnapshot
@@ -19,12 +22,20 @@ STEP_S = 0.002  # of control: a step whose program turns the view takes a millis
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PreparedSnake(PreparedDrive[SnakeSnapshot]):
-    """A robot at the entry of a route. path: what was computed of the route; drive: fixed for the whole drive."""
+    """A robot at the entry of a route. path: what was computed of the route; drive: fixed for the whole drive.
+
+    task: that the drive begins with, None for none.
+    """
 
     settings: SnakeSettings
     path: RoutePath
     route: Route
     drive: DriveSettings
+    task: TaskWatch | None = None
+
+    def begin(self, process: ControlProcess[SnakeSnapshot]) -> None:
+        if self.task is not None:
+            self.task.begin(process)
 
 
 def prepare(
@@ -39,6 +50,7 @@ def prepare(
     path = services.lumen_routes.paths.wait(route)
     path.reach.narrowest.refuse(path.snake)
     drive = options.settings(path.settings)
+    task = watched_task(services, route, path, options, tell)
     SNAKE.wait(lambda: tell(f"First start: preparing the snake, {100 * SNAKE.progress():.0f} %"))
     settings = SnakeSettings(step_s=STEP_S, bound_mm=route.content.bound_mm)
     spec = SnakeSystemSpec(LumenContours.of(path.lumen), path.snake, settings, drive, path.tissue)
@@ -53,9 +65,28 @@ def prepare(
         path=path,
         route=route.content,
         drive=drive,
+        task=task,
     )
+
+
+def watched_task(
+    services: Services, route: StoredRoute, path: RoutePath, options: LumenDriveOptions, tell: Callable[[str], object]
+) -> TaskWatch | None:
+    """The task that is chosen, None for none. Raises VfixError where it cannot be made of this route."""
+    if options.task is None:
+        return None
+    from vfix_engine.study.polyps.sight import LumenSight
+
+    tasks = services.lumen_routes.tasks
+    if options.task.places == "seed":
+        tell("Searching what this robot can view. The first time takes minutes.")
+    task = tasks.polyps(route, options.task)
+    tell("Starting …")
+    return TaskWatch(task, path.snake, path.tissue, LumenSight(tasks.wall(route.case_id), task, path.tissue))
 
 
 def made_of(services: Services, route: StoredRoute, options: LumenDriveOptions) -> object:
     """What a prepared drive depends on."""
-    return services.lumen_routes.paths.key(route), options
+    chosen = options.task
+    polyps = route_polyps(route.content).tobytes() if chosen is not None and chosen.places == "route" else b""
+    return services.lumen_routes.paths.key(route), options, polyps

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal, TypedDict
 
 from app.drives.sections import DetailsSection, DriveSection
+from app.messages.sections import Position
 from app.workspace.sections import ScopeSection
 
 
@@ -77,6 +78,51 @@ class SnakeView(TypedDict):
     shown: bool
 
 
+class TaskPolypView(TypedDict):
+    """A polyp that was not viewed for long enough yet. at: its middle now, LPS mm; colour: 0, blue, to 1, yellow."""
+
+    at: Position
+    colour: float
+
+
+class TaskNowView(TypedDict):
+    """The task of this drive. polyps: those that are left, of so many; target: number of the one aimed at, from 1.
+
+    held_s: for how long it is viewed, of hold_s. frame_deg: half the opening of the aiming frame. end_mm: of the tip,
+    where the task ends; end_name: of the landmark there. viewable_share: of the wall there, None if nobody asked.
+    words: why this may differ from the run's score.
+    """
+
+    of: int
+    cleared: int
+    target: int | None
+    viewed: bool
+    held_s: float
+    hold_s: float
+    polyps: list[TaskPolypView]
+    radius_mm: float
+    frame_deg: float
+    end_mm: float
+    end_name: str
+    viewable_share: float | None
+    completed: bool
+    words: str
+
+
+class DriveTaskView(TypedDict):
+    """The task that is chosen for the drive that is there, or comes next; None for none.
+
+    marks: polyps of the route, which may be the task's. open: this client may choose.
+    """
+
+    task: Literal["polyps"] | None
+    places: Literal["seed", "route"]
+    seed: int
+    marks: int
+    open: bool
+    now: TaskNowView | None
+
+
 class LumenDriveSections(TypedDict):
     """The drive of the open route, its figures, and its endoscope."""
 
@@ -84,4 +130,5 @@ class LumenDriveSections(TypedDict):
     details: DetailsSection
     snake: SnakeView | None
     drive_options: DriveOptionsView
+    drive_task: DriveTaskView
     scope: ScopeSection | None

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from app.drives import commands as drives
+from app.drives.shared_drive import SharedDrive
 from app.drives.shared_drives import DriveKey, SharedDrives
 from app.drives.view import details_section
 from app.kit.errors import NotFound
@@ -22,6 +23,7 @@ from app.tabs.drive import SPEC
 from app.tabs.drive import commands as c
 from app.tabs.drive.options import LumenDriveOptions, options_view
 from app.tabs.drive.preparation import PreparedSnake, made_of, prepare
+from app.tabs.drive.task import chosen_task, task_layers, task_section
 from app.tabs.drive.view import scope_section, snake_section
 from app.tabs.drive_tab import NOT_HELD, DriveTab
 from app.workspace.layers import Layer
@@ -108,6 +110,8 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
                         springs_n_per_mm=command.springs_n_per_mm,
                     )
                 )
+            case c.ChooseTask():
+                self._choose(replace(self.options, task=chosen_task(command)))
             case c.ShowBends():
                 self._shows_bends = command.on
             case _:
@@ -136,6 +140,13 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
             self._run_when_ready = False
             self.open(drive)
         self.read()
+
+    def reset(self, drive: SharedDrive[PreparedSnake, SnakeSnapshot]) -> None:
+        """Back to the entry; a task ends with its run."""
+        if self.options.task is None:
+            super().reset(drive)
+        else:
+            self._choose(replace(self.options, task=None))
 
     def handle_now(self, command: ClientMessage) -> None:
         """Keys are axes of this robot: along the lumen, and the camera to a side."""
@@ -170,6 +181,7 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
             "details": Section(Same(now.snapshot), lambda: details_section(now.snapshot)),
             "snake": Section(figures, lambda: snake_section(now, shown)),
             "drive_options": Section(options, lambda: options_view(*options)),
+            "drive_task": task_section(now, self.options.task, route),
             "scope": Section(
                 (told, Same(case), Same(route), Same(known), live),
                 lambda: scope_section(case.id, case.content_hash, route, known, live) if case and told else None,
@@ -198,6 +210,7 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
         ghosts = self._ghosts(now.control_bends, float(capsules[0, 6]))
         return [
             *ghosts,
+            *task_layers(prepared.task),
             Layer(
                 "drive.pathway",
                 Same(path),

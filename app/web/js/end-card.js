@@ -173,7 +173,9 @@ export class EndCard {
   /** @param {Ended} ended */
   result({ run, score, runs, teacher }) {
     const how = drivenAs(run), view = viewOf(run), last = lastOf(runs, how ?? ""), others = otherModes(runs, how ?? "");
-    return html`${titled(score.completed ? view.done : "Run ended", null, html`
+    const task = "task" in score ? score.task : null;
+    const title = task ? (task.completed ? "Task completed" : "Task ended") : score.completed ? view.done : "Run ended";
+    return html`${titled(title, null, html`
       ${modeLine(how, isUncertified(run))}
       ${this.criteria(run.id)}
       ${scoreFacts(view.facts(score))}

@@ -1301,6 +1301,50 @@ export interface LinkValuesView {
 }
 
 /**
+ * The task that is chosen for the drive that is there, or comes next; None for none.
+ *
+ * marks: polyps of the route, which may be the task's. open: this client may choose.
+ */
+export interface DriveTaskView {
+  task: "polyps" | null;
+  places: "seed" | "route";
+  seed: number;
+  marks: number;
+  open: boolean;
+  now: TaskNowView | null;
+}
+
+/**
+ * The task of this drive. polyps: those that are left, of so many; target: number of the one aimed at, from 1.
+ *
+ * held_s: for how long it is viewed, of hold_s. frame_deg: half the opening of the aiming frame. end_mm: of the tip,
+ * where the task ends; end_name: of the landmark there. viewable_share: of the wall there, None if nobody asked.
+ * words: why this may differ from the run's score.
+ */
+export interface TaskNowView {
+  of: number;
+  cleared: number;
+  target: number | null;
+  viewed: boolean;
+  held_s: number;
+  hold_s: number;
+  polyps: TaskPolypView[];
+  radius_mm: number;
+  frame_deg: number;
+  end_mm: number;
+  end_name: string;
+  viewable_share: number | null;
+  completed: boolean;
+  words: string;
+}
+
+/** A polyp that was not viewed for long enough yet. at: its middle now, LPS mm; colour: 0, blue, to 1, yellow. */
+export interface TaskPolypView {
+  at: [number, number, number];
+  colour: number;
+}
+
+/**
  * What the page's endoscope shows: where its surface and its poses come from; '' for none yet.
  *
  * key: another one for another surface. look: of the tissue. hand: a drag in the picture moves the camera. own: the
@@ -2313,6 +2357,7 @@ export interface ViewModel {
   curve?: CurveSection;
   details?: DetailsSection;
   drive_options?: DriveOptionsView;
+  drive_task?: DriveTaskView;
   driven?: ItemsSection | null;
   fiducials?: FiducialsSection;
   instruments?: InstrumentsSection;
@@ -2425,6 +2470,13 @@ export interface Commands {
   };
   "drive.preset": {
     preset: "kwok2013" | null;
+  };
+  "drive.task": {
+    task: "polyps" | null;
+    places?: "seed" | "route";
+    seed?: number;
+    count?: number;
+    hold_s?: number;
   };
   "dry_run.again": {};
   "ghost.cancel": {};

@@ -2,60 +2,25 @@
 
 from __future__ import annotations
 
-import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
 from lumen_cases import route_in, tube
-from session_doubles import CLIENT, Heard, Now, sections_of, send
+from lumen_driving import INSERT, Driving, stored
+from session_doubles import send
 
 from app.drives import commands as drives
 from app.drives.shared_drives import SharedDrives
 from app.lumen.document import StoredRoute
 from app.messages.client import Client
-from app.messages.fields import ClientMessage
 from app.services import Services
 from app.tabs.drive import preparation
 from app.tabs.drive.options import LumenDriveOptions
 from app.tabs.drive.routes import COLUMNS
-from app.tabs.drive.tab import LumenDriveTab
-from app.workspace.workspace import Workspace
 from vfix_engine.errors import ControlError
 from vfix_engine.kernels.preparation import Preparation
-
-INSERT = drives.Push(type="drive", direction=1)
-PATIENCE_S = 240.0  # the kernels of a snake may have to be compiled
-
-
-class Driving:
-    """A client in the Drive tab with a route of a tube open."""
-
-    def __init__(self, services: Services, shared: SharedDrives[Any, Any], client: Client = CLIENT) -> None:
-        self.heard = Heard()
-        self.workspace = Workspace(client, services, Now(), lambda request: request(), self.heard)
-        self.tab = LumenDriveTab(self.workspace, shared)
-        self.tab.active = True
-
-    def open(self, route: StoredRoute) -> None:
-        self.workspace.open_case(route.case_id)
-        self.workspace.opened.set("route", route.id)
-
-    def shown(self) -> dict[str, Any]:
-        self.tab.tick()
-        return sections_of(self.tab)
-
-    def until(self, what: Callable[[dict[str, Any]], Any], hold: ClientMessage | None = None) -> dict[str, Any]:
-        """Wait for what the page shows. hold: pressed anew, as a held key is, since a slow machine lets go."""
-        deadline = time.monotonic() + PATIENCE_S
-        while time.monotonic() < deadline:
-            self.tab.handle_now(hold or drives.HoldCommand(type="heartbeat"))
-            if what(shown := self.shown()):
-                return shown
-            time.sleep(0.02)
-        raise AssertionError(f"it does not come; the page shows {self.shown()}")
 
 
 @pytest.fixture
@@ -79,7 +44,7 @@ def test_without_a_route_nothing_can_be_driven(phantom_services: Services, share
         send(client.tab, "rehearsal.start")
 
 
-def test_a_robot_is_inserted_by_keys_steered_straightened_and_its_run_is_stored(
+def test_a_robot_is_inserted_by_keys_steered_straightened_and_its_run_isstored(
     phantom_services: Services, shared: SharedDrives[Any, Any], route: StoredRoute
 ) -> None:
     client = Driving(phantom_services, shared)
@@ -101,7 +66,7 @@ def test_a_robot_is_inserted_by_keys_steered_straightened_and_its_run_is_stored(
     back = drives.Push(type="drive", direction=-1)
     client.until(lambda shown: shown["snake"]["depth_mm"] < deep["depth_mm"] - 5.0, back)
     send(client.tab, "rehearsal.end")
-    (run,) = _stored(phantom_services, route)
+    (run,) = stored(phantom_services, route)
     assert (run.plan_id, run.manifest["world"], run.mode) == (route.id, "snake", None)
 
 
@@ -165,7 +130,7 @@ def test_another_arm_ends_the_run_and_stands_at_the_entry_and_each_run_says_its_
     send(client.tab, "drive.joint", joint=2)
     client.until(lambda shown: shown["snake"]["joint"] == 2)
     send(client.tab, "rehearsal.end")
-    runs = _stored(phantom_services, route, 2)
+    runs = stored(phantom_services, route, 2)
     arms = sorted((run.manifest["spec"]["drive"]["arm"], run.certified) for run in runs)
     assert arms == [("certified", True), ("manual", False)]
 
@@ -248,14 +213,3 @@ def test_a_row_of_poses_has_the_camera_and_the_force_of_guidance(
     assert abs(np.dot(ahead, up)) < 1e-9
     np.testing.assert_allclose(row["eye_z"] - row["tip_z"], 6.0, atol=0.05)  # the camera is ahead of the tip
     assert (row["guidance_force_x"], row["progress_mm"]) == (0.0, 0.0)
-
-
-def _stored(services: Services, route: StoredRoute, count: int = 1) -> list[Any]:
-    waited = threading.Event()
-    deadline = time.monotonic() + 60.0
-    while time.monotonic() < deadline:
-        runs = services.runs.list(plan_id=route.id)
-        if len(runs) >= count:
-            return list(runs)
-        waited.wait(0.05)
-    raise AssertionError("the run was not stored")

@@ -14,7 +14,7 @@ import pytest
 
 from tests.engine.tiny import Jump, TinySettings, TinySnapshot, TinySpec, TinySystem
 from vfix_engine.errors import ControlError
-from vfix_engine.runtime import SetSettings, Straighten
+from vfix_engine.runtime import Note, SetSettings, Straighten
 from vfix_engine.runtime.events import Event
 from vfix_engine.runtime.process import ControlProcess
 from vfix_engine.runtime.replay import replay
@@ -102,6 +102,21 @@ def test_a_disk_that_is_full_is_told_once_and_stops_no_tick(process: Process, mo
     told = [event.text for event in [*process.events(), *process.events()] if event.kind == "unrecorded"]
     assert told == ["the run cannot be written: No space left on device"]
     until(process, lambda s: s.steps > first.steps + 20, lambda: process.drive(1))
+
+
+def test_time_goes_on_at_rest_once_a_timed_note_is_made_and_stands_when_paused(process: Process) -> None:
+    before = at_rest(process).steps
+    process.apply(Note("diary", {"word": "nothing is timed"}))
+    assert at_rest(process).steps == before
+    process.apply(Note("task", {}, timed=True))
+    until(process, lambda s: s.steps > before + 20, lambda: None)
+    process.pause()
+    paused = at_rest(process).steps
+    process.run()
+    until(process, lambda s: s.steps > paused + 20, lambda: None)
+    process.reset()
+    process.run()
+    at_rest(process)
 
 
 def test_axes_fade_when_nobody_is_heard_of(process: Process) -> None:

@@ -27,7 +27,6 @@ from vfix_engine.runtime.run import Run, RunWriter
 from vfix_engine.study.lumen import (
     TaskRow,
     TaskScore,
-    Wall,
     lumen_holds_of,
     lumen_samples_of,
     lumen_series_of,
@@ -254,11 +253,11 @@ def test_damage_and_other_worlds_are_refused(runs: dict[str, Run]) -> None:
 
 
 def test_a_task_adds_its_rows(runs: dict[str, Run], monkeypatch: pytest.MonkeyPatch) -> None:
-    def polyps(run: Run, wall: Wall | None) -> TaskScore | None:
+    def polyps(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
         seen = lumen_samples_of(run)
         if run.manifest["spec"]["drive"]["arm"] != "guided":
             return None
-        triangles = len(wall().faces) if wall else None
+        triangles = None if wall is None else len(wall.faces)
         rows = TaskRow("Triangles", triangles), TaskRow("Samples", len(seen.t))
         return TaskScore("Ten polyps", False, rows)
 
@@ -271,7 +270,7 @@ def test_a_task_adds_its_rows(runs: dict[str, Run], monkeypatch: pytest.MonkeyPa
         "Ten polyps", False, (TaskRow("Triangles", None), TaskRow("Samples", 2060))
     )
     mesh = TriangleMesh(np.eye(3), np.array([[0, 1, 2]], dtype=np.int32))
-    task = score_lumen_run(runs["guided"], wall=lambda: mesh).to_dict()["task"]
+    task = score_lumen_run(runs["guided"], wall=mesh).to_dict()["task"]
     assert task["title"] == "Ten polyps"
     assert task["rows"][0]["value"] == 1
 

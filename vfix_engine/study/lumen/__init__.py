@@ -4,7 +4,7 @@ from .holds import lumen_holds_of
 from .samples import LumenSamples, lumen_samples_of
 from .score import LumenScore, score_lumen_run
 from .series import LumenSeries, lumen_series_of
-from .task_rows import TASKS, TaskRow, TaskScore, Wall
+from .task_rows import TASKS, TaskRow, TaskScore
 
 __all__ = [
     "TASKS",
@@ -13,7 +13,6 @@ __all__ = [
     "LumenSeries",
     "TaskRow",
     "TaskScore",
-    "Wall",
     "lumen_holds_of",
     "lumen_samples_of",
     "lumen_series_of",

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ...geometry.mesh import TriangleMesh
 from ...runtime.run import Run
 from ...runtime.system import SystemSpec
 from ...worlds.registry import arm_of, is_certified, spec_of
@@ -15,7 +16,7 @@ from ...worlds.snake.row import LIMITS
 from ...worlds.snake.spec import SnakeSystemSpec
 from ..metrics.score import HeldTime, MeanMax
 from .samples import LumenSamples, lumen_samples_of, spans
-from .task_rows import TaskScore, Wall, task_score
+from .task_rows import TaskScore, task_score
 
 END_MM = 2.0  # nearer to the end of the way than that is there: tissue that moves makes the way longer and shorter
 OUT_MM = 10.0  # the tip is out again once it is no deeper
@@ -77,10 +78,10 @@ class LumenScore:
         return asdict(self)
 
 
-def score_lumen_run(run: Run, spec: SystemSpec | None = None, wall: Wall | None = None) -> LumenScore:
+def score_lumen_run(run: Run, spec: SystemSpec | None = None, wall: TriangleMesh | None = None) -> LumenScore:
     """Score a run of a snake in a lumen, from its last return to the start on.
 
-    spec: that the run was driven with; None: made of its manifest. wall: of the lumen, for tasks that need it.
+    spec: that the run was driven with; None: made of its manifest. wall: of the lumen, for the score of its task.
 
     Raises:
         InputError: as ``lumen_samples_of``. PathwayError: its lumen gives no pathway.

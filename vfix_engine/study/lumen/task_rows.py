@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 
 from ...geometry.mesh import TriangleMesh
 from ...runtime.run import Run
-
-Wall = Callable[[], TriangleMesh]  # of the lumen that was driven through, LPS mm; read when it is asked for
 
 
 @dataclass(frozen=True)
@@ -35,13 +32,16 @@ class TaskScore:
     rows: tuple[TaskRow, ...]
 
 
-# Modules with a function `task_score(run, wall)`: the `TaskScore` of a run, None for one that is of no such task. The
-# wall is None where nobody knows it, as of a run in a folder.
-TASKS: list[str] = []
+# Modules with a function `task_score` as the one below: None for a run that is of no such task.
+TASKS = ["vfix_engine.study.polyps.rows"]
 
 
-def task_score(run: Run, wall: Wall | None = None) -> TaskScore | None:
-    """The score of the task that a run is of; None where it is of none."""
+def task_score(run: Run, wall: TriangleMesh | None = None) -> TaskScore | None:
+    """The score of the task that a run is of; None where it is of none.
+
+    wall: of the lumen that was driven through, which a run does not have; without it a task with lines of sight has no
+    score.
+    """
     for module in TASKS:
         found: TaskScore | None = import_module(module).task_score(run, wall)
         if found is not None:

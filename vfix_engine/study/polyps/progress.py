@@ -13,7 +13,7 @@ from typing import NamedTuple, Self
 from ...arrays import Array
 from ...errors import InputError
 from .aiming import REFERENCE_MM, Aim, aim_at, near_enough
-from .task import HOLD_S, PolypTask
+from .task import PolypTask
 
 Sight = Callable[[Array, int, float], bool]
 """Whether the line from an eye (3,) LPS mm to a polyp of that index is free at a time in s; ``LumenSight`` is one."""
@@ -105,7 +105,7 @@ class PolypProgress:
         if target is None:
             target = self._nearest(task, tip_mm)
             aim = None if target is None else aim_at(camera, targets[target])
-        viewings = self._after(target if viewed else None, aim, t)
+        viewings = self._after(target if viewed else None, aim, t, task.hold_s)
         reached = t if tip_mm >= task.end_mm - _SAME_MM else None
         return PolypProgress(t, viewings, target, aim, viewed, reached)
 
@@ -127,7 +127,7 @@ class PolypProgress:
         left = [index for index, viewing in enumerate(self.viewings) if viewing.cleared_t is None]
         return min(left, key=lambda index: abs(task.polyps[index].s_mm - tip_mm - REFERENCE_MM), default=None)
 
-    def _after(self, seen: int | None, aim: Aim | None, t: float) -> tuple[Viewing, ...]:
+    def _after(self, seen: int | None, aim: Aim | None, t: float, hold_s: float) -> tuple[Viewing, ...]:
         """The viewings after a step at whose end the polyp ``seen`` is viewed, None: none is."""
         viewings, before = list(self.viewings), self.target if self.viewed else None
         if before is not None and before != seen and viewings[before].cleared_t is None:
@@ -141,6 +141,6 @@ class PolypProgress:
                 viewed_s=was.viewed_s + dt,
                 distance_mm_s=was.distance_mm_s + aim.distance_error_mm * dt,
                 angle_deg_s=was.angle_deg_s + aim.angle_deg * dt,
-                cleared_t=t if held >= HOLD_S - _SAME_S else None,
+                cleared_t=t if held >= hold_s - _SAME_S else None,
             )
         return tuple(viewings)

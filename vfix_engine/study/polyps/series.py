@@ -7,6 +7,7 @@ is equal bit by bit has the same.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,8 +28,8 @@ NOTE = "kwok1"  # kind of the note with which the task begins
 
 
 def task_note(task: PolypTask) -> Note:
-    """The request that records the beginning of a task in a run."""
-    return Note(NOTE, task.to_dict())
+    """The request that records the beginning of a task in a run, whose time counts from then on."""
+    return Note(NOTE, task.to_dict(), timed=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +71,11 @@ class PolypSeries:
         return np.append(0.0, np.linalg.norm(np.diff(self.tip, axis=0), axis=1))
 
 
+def task_begun(run: Run) -> bool:
+    """Whether a task of polyps began in a run."""
+    return any(isinstance(event.content, Note) and event.content.kind == NOTE for event in run.events)
+
+
 def task_of(run: Run) -> tuple[PolypTask, int]:
     """The task that a run was driven for last, and the number of the step before which it began.
 
@@ -102,7 +108,7 @@ def polyp_series(run: Run, sight: Sight) -> PolypSeries:
     at = {column.name: place for place, column in enumerate(run.columns)}
     reset = any(isinstance(event.content, Reset) and event.at == first for event in run.events)
     start_t = 0.0 if first == 0 or reset else float(run.rows[first - 1, at["t"]])
-    camera = _cameras(snake, rows, at)
+    camera = cameras(snake, rows, at)
     links = [place for name, place in at.items() if name.startswith("outside_link")]
     t, tip_mm = rows[:, at["t"]], rows[:, at["tip_s"]]
     aims, progress = _aimed(task, spec.tissue, camera, tip_mm, t, start_t, sight)
@@ -113,8 +119,8 @@ def polyp_series(run: Run, sight: Sight) -> PolypSeries:
     )  # fmt: skip
 
 
-def _cameras(snake: SnakeModel, rows: Array, at: dict[str, int]) -> Array:
-    """(n, 4, 4) transform_camera_to_patient of rows, as ``SnakeModel.camera`` has it."""
+def cameras(snake: SnakeModel, rows: Array, at: Mapping[str, int]) -> Array:
+    """(n, 4, 4) transform_camera_to_patient of rows, as ``SnakeModel.camera`` has it. at: place of each column."""
     joints = np.ascontiguousarray(rows[:, at["q0"] : at["q0"] + snake.dof])
     bases = np.zeros((len(rows), 4, 4))
     bases[:, :3] = rows[:, at["base_00"] : at["base_00"] + 12].reshape(-1, 3, 4)

@@ -46,7 +46,7 @@ class PolypTask:
     polyps: in the order of their places along the lumen. from_mm, end_mm: the part of the way in which they are; at the
     tip's arc length ``end_mm`` the task is completed. end_name: of the landmark there, None where it is the depth that
     the robot reaches. seed: of the polyps. viewable_share: of the wall in that part, by area, how much this robot can
-    view, None if nobody asked; the polyps are drawn there.
+    view, None if nobody asked; the polyps are drawn there. hold_s: for how long one has to be viewed.
     """
 
     polyps: tuple[Polyp, ...]
@@ -55,6 +55,7 @@ class PolypTask:
     end_name: str | None = None
     seed: int = 0
     viewable_share: float | None = None
+    hold_s: float = HOLD_S
 
     def targets(self, motion: TissueMotion | None = None, t: float = 0.0) -> Array:
         """(n, 3) LPS mm, the polyps' middles at the time t in s: they move with the wall.
@@ -86,7 +87,7 @@ class PolypTask:
             share, name = values["viewable_share"], values["end_name"]
             return cls(
                 polyps, float(values["from_mm"]), float(values["end_mm"]), None if name is None else str(name),
-                int(values["seed"]), None if share is None else float(share),
+                int(values["seed"]), None if share is None else float(share), float(values.get("hold_s", HOLD_S)),
             )  # fmt: skip
         except (KeyError, TypeError, ValueError) as error:
             raise InputError(f"this is no task of polyps: {error}") from error

@@ -86,7 +86,7 @@ def polyp_world(
     if not anyway:
         narrowest(lumen.pathway, snake, settings.bound_mm, reach).refuse(snake)
     bending_mm = settings.manipulated * snake.length_mm
-    _way(landmarks, curve, reach, bending_mm)  # refused before the long part
+    way_of(landmarks, curve, reach, bending_mm)  # refused before the long part
     say("what of the wall this robot can view")
     found = viewable_wall(mesh, lumen.pathway, snake, settings, lumen.curve, lumen.slack, every_mm=every_mm)
     return PolypWorld(lumen, snake, settings, polyps_in(found, mesh, curve, landmarks, bending_mm, seed, count))
@@ -113,13 +113,13 @@ def polyps_in(
     Raises:
         InputError: as ``placed``; a robot that does not come to the first polyp.
     """
-    from_mm, end_mm, end_name = _way(landmarks, curve, min(curve.length, found.depth_mm), bending_mm)
+    from_mm, end_mm, end_name = way_of(landmarks, curve, min(curve.length, found.depth_mm), bending_mm)
     places = WallPlaces.of(mesh, curve)
     task = placed(places, _viewable(found, end_mm), from_mm, end_mm, end_name, seed, count)
     return PlacedPolyps(places, task, tuple(_views(task, found, places)))
 
 
-def _way(
+def way_of(
     landmarks: Mapping[str, ArrayLike], curve: Curve, depth: float, bending_mm: float
 ) -> tuple[float, float, str | None]:
     """From and to which arc length in mm polyps are placed, and the landmark at the end, if it is reached."""

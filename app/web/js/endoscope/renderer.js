@@ -1,5 +1,6 @@
 // The picture of a scope in a canvas of its own: a surface, a light at the lens, and the plan laid over. WebGL2, no library.
 import { drawsInSoftware } from "../graphics.js";
+import { Bumps } from "./bumps.js";
 import { readMesh } from "./mesh-file.js";
 import { PlanOverlay } from "./plan-overlay.js";
 import { TISSUE_FRAGMENT } from "./shaders.js";
@@ -22,6 +23,7 @@ export class Renderer {
     if (!gl) throw new Error("This browser has no WebGL2.");
     this.gl = gl;
     this.overlay = new PlanOverlay(gl);
+    this.bumps = new Bumps(gl);
     /** @type {Tissue | null} */
     this.tissue = null;
   }
@@ -57,6 +59,7 @@ export class Renderer {
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LEQUAL);
     this.tissue?.draw(lens, this.look, fragment);
+    this.bumps.draw(lens);
     this.overlay.draw(lens, canvas.width);
   }
 

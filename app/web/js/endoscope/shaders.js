@@ -99,3 +99,20 @@ void main() {
 }`;
 
 export const RING_FRAGMENT = INK_FRAGMENT.replace("#version 300 es", "#version 300 es\n#define RING");
+
+/** A ball about a place, lit from the lens. */
+export const BALL_VERTEX = `#version 300 es
+layout(location = 0) in vec3 normal;
+uniform mat4 toClip; uniform vec4 ball;
+out vec3 facing; out vec3 place;
+void main() { facing = normal; place = ball.xyz + ball.w * normal; gl_Position = toClip * vec4(place, 1.0); }`;
+
+export const BALL_FRAGMENT = `#version 300 es
+precision highp float;
+in vec3 facing; in vec3 place;
+uniform vec3 eye; uniform vec3 colour;
+out vec4 drawn;
+void main() {
+  float lit = max(dot(normalize(facing), normalize(eye - place)), 0.0);
+  drawn = vec4(colour * (0.45 + 0.55 * lit) + 0.35 * pow(lit, 40.0), 1.0);
+}`;

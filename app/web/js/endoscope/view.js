@@ -8,6 +8,8 @@ import { replay } from "../replay.js";
 import { saveBlob } from "../rest.js";
 import { say } from "../said.js";
 import { length, minus } from "../slices/vectors.js";
+import { AimFrame } from "./aim-frame.js";
+import { markerColour } from "./bumps.js";
 import { CameraHand } from "./camera-hand.js";
 import { lensOf } from "./lens.js";
 import { forceSound } from "./force-sound.js";
@@ -23,7 +25,7 @@ import { SurfaceLoader } from "./surface-loader.js";
 /** @import { Connection } from "../connection.js" */
 /** @import { ToolPoses } from "../slices/tool-poses.js" */
 /** @import { Triple } from "../slices/grid.js" */
-/** @import { ViewModel } from "../types.js" */
+/** @import { TaskNowView, ViewModel } from "../types.js" */
 /** @import { Keys } from "../keys.js" */
 /** @import { Lens, LensSettings, ScopePose } from "./lens.js" */
 /** @import { Look } from "./looks.js" */
@@ -57,6 +59,7 @@ export class EndoscopeView {
     this.tools = new ScopeTools(this.canvas, (moves) => this.seenAnew(moves), () => this.save());
     this.hand = new CameraHand(this.canvas, connection, page.keys);
     this.arcs = new ForceArcs();
+    this.aim = new AimFrame();
     this.cues = new NearnessCues();
     this.tools.saveButton.before(...this.cues.buttons);
     this.swapButton = h("button", { type: "button", class: "icon plain scope-swap", id: "scope-swap", onclick: () => page.swap() }, icon("large"));
@@ -79,9 +82,10 @@ export class EndoscopeView {
     /** @type {number | undefined} */
     this.stillTimer = undefined;
     this.changedPlan = whenChanged();
+    this.changedTask = whenChanged();
     this.channel = new PoseChannel((pose, row) => this.came(pose, row), (words) => this.told(words));
     this.surface = new SurfaceLoader((data) => this.loaded(data));
-    root.replaceChildren(this.canvas, this.cues.vignette, this.arcs.element, this.tools.element, this.swapButton, this.nearness.element, h("p", { class: "scope-foot" }, this.source, this.channelWords), this.surface.element);
+    root.replaceChildren(this.canvas, this.cues.vignette, this.arcs.element, this.aim.element, this.tools.element, this.swapButton, this.nearness.element, h("p", { class: "scope-foot" }, this.source, this.channelWords), this.surface.element);
     this.canvas.addEventListener("webglcontextlost", (event) => this.lose(event));
     this.canvas.addEventListener("webglcontextrestored", () => this.recover());
     replay.addEventListener("change", () => this.played());
@@ -122,9 +126,22 @@ export class EndoscopeView {
       this.renderer?.overlay.set(places, targets);
       this.schedule();
     });
+    this.showTask(live ? state.drive_task?.now : null);
     const replayed = replayedPose();
     if (!this.driven) this.show(replayed ?? this.plannedPose(state));
     say(this.source, this.driven ? "" : replayed ? "Replayed" : this.pose ? "Planned, not driven" : "");
+  }
+
+  /**
+   * The polyps of a task that are left, and its aiming frame.
+   * @param {TaskNowView | null | undefined} now
+   */
+  showTask(now) {
+    this.aim.show(now);
+    this.changedTask([now?.polyps], () => {
+      if (this.renderer) this.renderer.bumps.all = (now?.polyps ?? []).map(({ at, colour }) => ({ at, radius: now?.radius_mm ?? 0, colour: markerColour(colour) }));
+      this.schedule();
+    });
   }
 
   /** Another moment of a run; only another run needs anything but its pose. */
@@ -193,6 +210,7 @@ export class EndoscopeView {
     this.lost = false;
     this.broken = "";
     this.changedPlan = whenChanged();
+    this.changedTask = whenChanged();
     this.update(this.connection.state);
   }
 

@@ -1,0 +1,95 @@
+"""Tasks of Kwok 2013 along a route: what they are made of, without a drive."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from app.cases.service import CaseService
+from app.kit.errors import NotFound
+from app.lumen.document import Route, StoredRoute
+from app.lumen.paths import RoutePath, RoutePaths
+from app.lumen.views import RouteViews
+from vfix_engine.arrays import Array
+from vfix_engine.errors import InputError
+from vfix_engine.geometry.mesh import TriangleMesh
+
+if TYPE_CHECKING:  # slow to load, as in `paths`
+    from vfix_engine.study.polyps.task import PolypTask
+
+PolypPlaces = Literal["seed", "route"]
+POLYPS, HOLD_S = 10, 7.0  # as printed
+
+
+@dataclass(frozen=True)
+class TaskChoice:
+    """Study I as it is chosen. places: drawn by the seed where the robot can view them, or those of the route.
+
+    count: of drawn polyps; hold_s: for how long each has to be viewed. Both are the paper's unless a test wants less.
+    """
+
+    task: Literal["polyps"] = "polyps"
+    places: PolypPlaces = "seed"
+    seed: int = 0
+    count: int = POLYPS
+    hold_s: float = HOLD_S
+
+
+def route_polyps(route: Route) -> Array:
+    """(n, 3) LPS mm, the polyps that were put on the route by hand or by its seed."""
+    return np.array([mark.at for mark in route.marks if mark.kind == "polyp"]).reshape(-1, 3)
+
+
+class RouteTasks:
+    """Makes tasks of routes. Thread-safe."""
+
+    def __init__(self, cases: CaseService, paths: RoutePaths, views: RouteViews) -> None:
+        self._cases, self._paths, self._views = cases, paths, views
+
+    def wall(self, case_id: str) -> TriangleMesh:
+        """The wall that lines of sight end at. Raises NotFound."""
+        return self._cases.case_surface(case_id)
+
+    def known_wall(self, case_id: str | None) -> TriangleMesh | None:
+        """The wall of a lumen's case; None of another case, or of one that is gone."""
+        try:
+            case = None if case_id is None else self._cases.get(case_id)
+        except NotFound:
+            return None
+        return self.wall(case.id) if case is not None and case.kind == "lumen" else None
+
+    def polyps(self, route: StoredRoute, choice: TaskChoice) -> PolypTask:
+        """The task of a route; drawn polyps wait for the search of what the robot can view, minutes in a whole colon.
+
+        Raises VfixError where the route leads nowhere, and InputError where no polyp can be placed.
+        """
+        path = self._paths.wait(route)
+        task = self._of_route(route, path) if choice.places == "route" else self._drawn(route, path, choice)
+        return replace(task, hold_s=choice.hold_s)
+
+    def _of_route(self, route: StoredRoute, path: RoutePath) -> PolypTask:
+        from vfix_engine.snake.conform.conforming import driven_curve
+        from vfix_engine.study.polyps.by_hand import polyps_at
+
+        at = route_polyps(route.content)
+        if not len(at):
+            raise InputError("the route has no polyps; put some on the wall in Route.")
+        curve = driven_curve(path.lumen.pathway, path.lumen.curve)
+        return polyps_at(at, self.wall(route.case_id), curve, self._landmarks(route), path.reach.depth_mm)
+
+    def _drawn(self, route: StoredRoute, path: RoutePath, choice: TaskChoice) -> PolypTask:
+        from vfix_engine.snake.conform.conforming import driven_curve
+        from vfix_engine.study.polyps.world import polyps_in
+
+        found = self._views.wait(route).found
+        curve = driven_curve(path.lumen.pathway, path.lumen.curve)
+        bending_mm = path.settings.manipulated * path.snake.length_mm
+        wall, marks = self.wall(route.case_id), self._landmarks(route)
+        return polyps_in(found, wall, curve, marks, bending_mm, choice.seed, choice.count).task
+
+    def _landmarks(self, route: StoredRoute) -> dict[str, Array]:
+        """By the names that the engine knows them by."""
+        marks = self._cases.get(route.case_id).landmarks
+        return {mark.name.lower().replace(" ", "_"): np.array(mark.position) for mark in marks}

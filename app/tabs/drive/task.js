@@ -1,0 +1,61 @@
+// The task of a drive: chosen before it starts, and how far it is while it is driven.
+import { fixed } from "/static/js/format.js";
+import { hintLine, html, nothing, said, titled, unlessFocused } from "/static/js/template.js";
+
+/** @import { Connection } from "/static/js/connection.js" */
+/** @import { DriveTaskView, TaskNowView } from "/static/js/types.js" */
+
+const HELP = "Study I of Kwok 2013, with the arm that is chosen above. A polyp counts as viewed while it is in the square frame, 15 ± 7 mm away and within 20° of the "
+  + "picture’s middle; its colour goes from blue to bright yellow as the view gets better. Held for 7 s without a break, it disappears. "
+  + "The polyps are drawn by the seed where this robot can view them: the first search takes minutes. Reset or Cancel ends the task.";
+/** @type {[NonNullable<DriveTaskView["task"]> | null, string][]} */
+const TASKS = [[null, "None"], ["polyps", "Polyps"]];
+
+/**
+ * @param {Connection} connection
+ * @param {DriveTaskView | undefined} task
+ */
+export function taskGroup(connection, task) {
+  if (!task) return nothing;
+  const { now } = task;
+  const send = (/** @type {Partial<Pick<DriveTaskView, "task" | "places" | "seed">>} */ changed) => {
+    const { task: chosen, places, seed } = { ...task, ...changed };
+    connection.send("drive.task", { task: chosen, places, seed });
+  };
+  const cancel = task.task && html`<button type="button" class="plain" id="cancel-task" ?disabled=${!task.open} @click=${() => send({ task: null })}>Cancel</button>`;
+  return titled("Task", cancel, html`
+    <div class="segmented devices" role="group" aria-label="Task">${TASKS.map(([name, label]) => html`<button type="button" data-task=${name ?? "none"}
+      aria-pressed=${String(name === task.task)} ?disabled=${!task.open} @click=${() => { if (name !== task.task) send({ task: name }); }}>${label}</button>`)}</div>
+    ${task.task ? html`${instructions(now)}${now ? progress(now) : nothing}${choice(task, send)}` : nothing}`);
+}
+
+/** @param {TaskNowView | null} now */
+function instructions(now) {
+  const end = now?.end_name ? `in the ${now.end_name} colon` : now ? `at ${fixed(now.end_mm, 0)} mm` : "at the end of the way";
+  return html`<p class="words">Insert the robot and find the blue polyps.</p>
+    <p class="words">Hold each in the frame, 15 mm away, until it disappears.</p>
+    ${hintLine("task-end", `The task ends ${end}.`, HELP)}`;
+}
+
+/** @param {TaskNowView} now */
+function progress(now) {
+  const { of, cleared, held_s: held, hold_s: hold, viewed, completed } = now;
+  const words = completed ? "End reached" : cleared === of ? "All viewed" : `Polyp ${cleared + 1} of ${of}`;
+  const share = hold > 0 ? Math.min(1, held / hold) : 0;
+  return html`<dl class="facts" id="task-facts"><dt>${words}</dt><dd>${viewed ? `${fixed(held, 1)} of ${fixed(hold, hold % 1 ? 1 : 0)} s` : cleared === of || completed ? "" : "Not in view"}</dd></dl>
+    <div class="progress"><div style=${`width: ${(100 * share).toFixed(1)}%`}></div></div>
+    ${now.words ? html`<p class="words caution" role="status">${said(now.words)}</p>` : nothing}`;
+}
+
+/**
+ * Which polyps: another choice ends the run.
+ * @param {DriveTaskView} task
+ * @param {(changed: { places?: DriveTaskView["places"], seed?: number }) => void} send
+ */
+function choice({ places, seed, marks, open }, send) {
+  const place = (/** @type {Event} */ { currentTarget }) => send({ places: /** @type {DriveTaskView["places"]} */ (/** @type {HTMLSelectElement} */ (currentTarget).value) });
+  const reseed = (/** @type {Event} */ { currentTarget }) => send({ seed: Math.max(0, Math.round(Number(/** @type {HTMLInputElement} */ (currentTarget).value)) || 0) });
+  return html`${marks || places === "route" ? html`<div class="beside"><span class="words">Polyps</span><select id="task-places" aria-label="Polyps" ?disabled=${!open} .value=${places} @change=${place}>
+      <option value="seed" ?selected=${places === "seed"}>Drawn by seed</option><option value="route" ?selected=${places === "route"}>${`Of the route: ${marks}`}</option></select></div>` : nothing}
+    ${places === "seed" ? html`<label class="beside"><span class="words">Seed</span><input type="text" inputmode="numeric" id="task-seed" ?disabled=${!open} .value=${unlessFocused(String(seed))} @change=${reseed}></label>` : nothing}`;
+}

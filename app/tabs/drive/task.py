@@ -1,0 +1,105 @@
+"""The task of a drive on the page: what is chosen, its progress for every client, and its polyps in the scene."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from app.drives.view import place
+from app.kit.kept import Same
+from app.lumen.document import StoredRoute
+from app.lumen.task_watch import TaskWatch
+from app.lumen.tasks import TaskChoice
+from app.messages.sections import Section
+from app.scene import palette
+from app.scene.lumen import MarkNodes, MarkShape
+from app.tabs.drive import commands as c
+from app.tabs.drive.sections import DriveTaskView, TaskNowView
+from app.tabs.drive.view import SnakeRecord
+from app.workspace.layers import Layer
+from vfix_engine.study.polyps.aiming import LIMITS
+from vfix_engine.study.polyps.progress import PolypProgress
+from vfix_engine.study.polyps.task import RADIUS_MM
+
+_SHADES = 8  # of a polyp in the scene, where another colour is another node
+
+
+def chosen_task(command: c.ChooseTask) -> TaskChoice | None:
+    """What a client chooses."""
+    if command.task is None:
+        return None
+    return TaskChoice(command.task, command.places, command.seed, command.count, command.hold_s)
+
+
+def task_section(now: SnakeRecord, chosen: TaskChoice | None, route: StoredRoute | None) -> Section[object]:
+    """The :class:`DriveTaskView`."""
+    watch = None if now.prepared is None else now.prepared.task
+    progress = None if watch is None else watch.progress
+    marks = 0 if route is None else sum(mark.kind == "polyp" for mark in route.content.marks)
+    told = chosen, marks, now.may_prepare, None if watch is None else watch.trouble
+
+    def build() -> DriveTaskView:
+        choice = chosen or TaskChoice()
+        return {
+            "task": None if chosen is None else chosen.task,
+            "places": choice.places,
+            "seed": choice.seed,
+            "marks": marks,
+            "open": now.may_prepare,
+            "now": None if watch is None or progress is None else _task_now(watch, progress),
+        }
+
+    return Section((*told, Same(progress)), build)
+
+
+def _task_now(watch: TaskWatch, progress: PolypProgress) -> TaskNowView:
+    task, left = watch.task, _left(progress)
+    targets = task.targets(watch.motion, progress.t)
+    return {
+        "of": len(task.polyps),
+        "cleared": progress.cleared,
+        "target": None if progress.target is None else progress.target + 1,
+        "viewed": progress.viewed,
+        "held_s": round(progress.held_s, 2),
+        "hold_s": task.hold_s,
+        "polyps": [{"at": place(targets[index]), "colour": round(_colour(progress, index), 3)} for index in left],
+        "radius_mm": RADIUS_MM,
+        "frame_deg": LIMITS.frame_deg,
+        "end_mm": round(task.end_mm, 1),
+        "end_name": task.end_name or "",
+        "viewable_share": task.viewable_share,
+        "completed": progress.completed,
+        "words": watch.trouble,
+    }
+
+
+def task_layers(watch: TaskWatch | None) -> list[Layer[Any]]:
+    """The polyps that are left, where the tissue at rest has them."""
+    progress = None if watch is None else watch.progress
+    if watch is None or progress is None:
+        return []
+    rest = watch.task.targets()
+    shapes = tuple(
+        MarkShape(f"task{index + 1}", str(index + 1), _triple(rest[index]), RADIUS_MM, _shade(_colour(progress, index)))
+        for index in _left(progress)
+    )
+    return [Layer("drive.polyps", shapes, MarkNodes, lambda nodes: nodes.show(shapes), Same(watch))]
+
+
+def _left(progress: PolypProgress) -> list[int]:
+    """Indices of the polyps that have not disappeared."""
+    return [index for index, viewing in enumerate(progress.viewings) if viewing.cleared_t is None]
+
+
+def _colour(progress: PolypProgress, index: int) -> float:
+    return progress.marker if index == progress.target else 0.0
+
+
+def _shade(colour: float) -> tuple[int, int, int]:
+    share = round(colour * _SHADES) / _SHADES
+    red, green, blue = (round(a + share * (b - a)) for a, b in zip(palette.OUT_OF_VIEW, palette.IN_VIEW, strict=True))
+    return red, green, blue
+
+
+def _triple(values: Any) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
