@@ -39,6 +39,7 @@ EVERY_MM = 10.0  # between two depths at which views are searched
 TIMES_S = (0.0, 1.0, 2.0, 3.0)  # of a moving lumen at which a view is looked at: a breath of 4 s
 _UNLIMITED = 20.0  # [rad/s] of the joints: no step of a shape is cut by it
 _ATTEMPTS = 1  # to come again with other shapes, after the first hold
+_STARTS = 1  # configurations from which a view of a place is searched
 _WAY = 80  # configurations of a way at most
 _BETTER = 0.95  # error of a view with which a search is content
 _APART_MM = 4.0  # a place so near to one that is not viewed from a depth is not tried there
@@ -128,7 +129,7 @@ def viewable_wall(
 
     Args:
         mesh: the lumen's wall, consistently oriented. pathway: of the lumen; where it moves, a place counts that one
-            bend views at all of ``times_s``, within the bounds less what the drive keeps for the tissue.
+            bend views at rest and at all of ``times_s``, within the bounds less what the drive keeps for the tissue.
         snake: the whole robot. settings: bounds, and ``manipulated``, the links that bend.
         curve, slack: as for ``SnakeDrive``.
         limits: tolerances of a view; None: the paper's.
@@ -140,7 +141,7 @@ def viewable_wall(
     positive("the distance between two depths in mm", every_mm)
     if not times_s:
         raise InputError("a view is looked at one time at least: give times_s")
-    times = tuple(times_s) if pathway.motion is not None else (0.0,)
+    times = tuple(times_s) if pathway.motion is not None else ()
     search = _Search(mesh, pathway, snake, settings or DriveSettings(), curve, slack, limits or ViewLimits(), times)
     for share in search.along(every_mm):
         if progress is not None:
@@ -186,12 +187,10 @@ class _Search:
         self._drive = SnakeDrive(snake, still, settings, line, None if moves else slack, longer_allowed=True)
         self._limits, self._reserve = limits, TISSUE_RESERVE_MM if moves else 0.0
         self._moments = [
-            _Moment(
-                pathway.packed(t), pathway.curve(t) if moves else line, WallSight(moved_wall(mesh, pathway, t), line)
-            )
+            _Moment(pathway.packed(t), pathway.curve(t), WallSight(moved_wall(mesh, pathway, t), pathway.curve(t)))
             for t in times_s
         ]
-        self._wall = self._moments[0].sight
+        self._wall = WallSight(mesh, line)
         self._line, self._s = line, self._wall.arc_lengths(line)
         count = len(mesh.faces)
         self._views: list[PlannedView] = []
@@ -210,8 +209,7 @@ class _Search:
             while (act := operator(drive.system, drive.state)) is not None:
                 drive.act(act)
             self._depth = max(self._depth, drive.tip_s)
-            if drive.state.pose.measured[drive.constants.first :].any():
-                self._here()
+            self._here()
             yield depth / end
             if drive.tip_s < depth - 1e-6:
                 break
@@ -241,9 +239,11 @@ class _Search:
         free = np.repeat(inside, 2).astype(np.float64)
         straight = _Reached(context.rest, drive.distal.camera(context.rest, context.base), ())
         pool = [straight]
+        cameras = np.empty((1, 3, 2))
+        cameras[0] = straight.camera[:3, 2:]
         rests = self._rests()
         self._taken(straight, rests)
-        places = self._in_sight()
+        places = self._in_sight() if inside.any() else np.empty(0, dtype=np.int64)
         left = np.ones(len(places), dtype=bool)
         near = cKDTree(self._wall.centre[places]) if len(places) else None
         for k in np.argsort(self._s[places], kind="stable"):
@@ -251,9 +251,11 @@ class _Search:
             if not left[k] or self._view[triangle] >= 0:
                 continue
             point = self._wall.centre[triangle].copy()
-            reached = self._reached(lumen, context, bound, free, point, pool)
+            starts = [pool[j] for j in self._nearest(cameras, point)]
+            reached = self._reached(lumen, context, bound, free, point, starts)
             if reached is not None:
                 pool.append(reached)
+                cameras = np.concatenate([cameras, reached.camera[None, :3, 2:]])
                 self._taken(reached, rests)
             if self._view[triangle] < 0 and near is not None:
                 left[near.query_ball_point(point, _APART_MM)] = False
@@ -271,33 +273,35 @@ class _Search:
             seen[rest] = self._wall.free(eye, near[rest])
         return near[seen]
 
+    def _nearest(self, cameras: Array, point: Array) -> list[int]:
+        """Of cameras (n, 3, 2), their axes and places, those that are nearest to a view of a point."""
+        ahead = point - cameras[:, :, 1]
+        away = np.linalg.norm(ahead, axis=1)
+        cosine = np.einsum("ij,ij->i", ahead, cameras[:, :, 0]) / away
+        off = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))) / self._limits.angle_deg
+        error = off + np.abs(away - self._limits.distance_mm) / self._limits.distance_tolerance_mm
+        found: list[int] = np.argsort(error, kind="stable")[:_STARTS].tolist()
+        return found
+
     def _reached(
         self, lumen: DistalPathway, context: DistalContext, bound: Array, free: Array, point: Array,
-        pool: list[_Reached],
+        starts: list[_Reached],
     ) -> _Reached | None:  # fmt: skip
-        """The configuration from which a point is viewed, from the one of the pool that views it best; certified."""
+        """A configuration from which a point is viewed, searched from one of several; certified."""
         limits, drive = self._limits, self._drive
         goal = ViewGoal(
             point, limits.distance_mm, limits.distance_tolerance_mm, math.radians(limits.angle_deg),
             drive.snake.camera_offset_mm,
         )  # fmt: skip
-        cameras = np.array([one.camera for one in pool])
-        ahead = point - cameras[:, :3, 3]
-        away = np.linalg.norm(ahead, axis=1)
-        cosine = np.einsum("ij,ij->i", ahead, cameras[:, :3, 2]) / away
-        off = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))) / limits.angle_deg
-        best = int(np.argmin(off + np.abs(away - limits.distance_mm) / limits.distance_tolerance_mm))
-        start = pool[best]
-        count, error = view_path(lumen, self._points, goal, free, start.q, self._way)
-        if error > _BETTER or not count:
-            return None
-        bends, q = list(start.bends), start.q
-        for after in self._certified(context, bound, q, self._way[:count].copy()):
-            bends.append(after - context.rest)
-            q = after
-        if not len(bends) > len(start.bends):
-            return None
-        return _Reached(q, drive.distal.camera(q, context.base), tuple(bends))
+        for start in starts:
+            count, error = view_path(lumen, self._points, goal, free, start.q, self._way)
+            if error > _BETTER or not count:
+                continue
+            made = self._certified(context, bound, start.q, self._way[:count].copy())
+            if made:
+                bends = (*start.bends, *(after - context.rest for after in made))
+                return _Reached(made[-1], drive.distal.camera(made[-1], context.base), bends)
+        return None
 
     def _certified(self, context: DistalContext, bound: Array, q: Array, way: Array) -> list[Array]:
         """Of a way (n, 2L') from q the certified part: its end alone where the straight motion there is."""
@@ -317,9 +321,9 @@ class _Search:
         return made
 
     def _rests(self) -> list[tuple[Array, Array]]:
-        """Base and joints of the conforming shape at each later moment."""
+        """Base and joints of the conforming shape at each moment."""
         shape, found = self._drive.state.pose.shape, []
-        for moment in self._moments[1:]:
+        for moment in self._moments:
             tip_s = min(shape.tip_s, moment.curve.length)
             moved = conform(self._drive.snake, moment.curve, tip_s, shape, None, shape.roll)
             found.append((moved.base, moved.q))
@@ -328,7 +332,7 @@ class _Search:
     def _taken(self, reached: _Reached, rests: list[tuple[Array, Array]]) -> None:
         """Take note of what is viewed from a configuration."""
         triangles, error = self._wall.viewed(reached.camera, self._limits)
-        for moment, (base, rest) in zip(self._moments[1:], rests, strict=True):
+        for moment, (base, rest) in zip(self._moments, rests, strict=True):
             camera = self._bent(moment, base, rest, reached)
             if camera is None:
                 return
@@ -343,7 +347,7 @@ class _Search:
             self._views.append(PlannedView(self._drive.tip_s, bends, reached.camera))
 
     def _bent(self, moment: _Moment, base: Array, rest: Array, reached: _Reached) -> Array | None:
-        """The camera at a later moment with the same bend; None where a link is beyond its bound then."""
+        """The camera at a moment with the same bend; None where a link is beyond its bound then."""
         drive = self._drive
         snake, state = drive.snake, drive.state
         q = rest.copy()
