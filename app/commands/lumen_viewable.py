@@ -14,6 +14,7 @@ from typing import Any
 from app.commands.lumen_options import lumen_surface, lumen_tissue, place
 from vfix_engine.files.frame_report import FRAMES, MM_PER_UNIT
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.snake import NOTICE
 from vfix_engine.worlds.snake.lumen import lumen_between
 from vfix_engine.worlds.snake.offline.confirm_views import confirm_views
 from vfix_engine.worlds.snake.settings import DriveSettings
@@ -39,6 +40,7 @@ def add_viewable(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument("--breathing", type=float, metavar="MM", help="the lumen moves to and fro by so much")
     parser.add_argument("--peristalsis", type=float, metavar="SHARE", help="waves narrow it by that share")
     parser.add_argument("--every", type=float, default=EVERY_MM, metavar="MM", help="between two depths of the search")
+    parser.add_argument("--starts", type=int, default=1, metavar="N", help="poses from which each place is searched")
     parser.add_argument("--confirm", type=int, default=0, metavar="N", help="places that are driven to")
     parser.add_argument("--seed", type=int, default=0, help="of the choice of these places")
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
@@ -55,8 +57,9 @@ def run_viewable(args: argparse.Namespace) -> int:
     snake = lumen.snake(model, args.links)
     began, limits = perf_counter(), ViewLimits()
     found = viewable_wall(
-        mesh, lumen.pathway, snake, settings, lumen.curve, lumen.slack, limits=limits, every_mm=args.every
-    )
+        mesh, lumen.pathway, snake, settings, lumen.curve, lumen.slack, limits=limits, every_mm=args.every,
+        starts=args.starts,
+    )  # fmt: skip
     result: dict[str, Any] = {"surface": args.surface.name, **found.to_dict(), "seconds": perf_counter() - began}
     result |= {"limits": asdict(limits), "robot": asdict(snake), "settings": asdict(settings)}
     result["surface_assumed"] = assumed
@@ -66,7 +69,7 @@ def run_viewable(args: argparse.Namespace) -> int:
             mesh, lumen.pathway, snake, replace(settings, control="view"), lumen.curve, lumen.slack, found,
             count=args.confirm, seed=args.seed,
         )  # fmt: skip
-    result["confirmed"] = None if confirmed is None else confirmed.to_dict()
+    result |= {"confirmed": None if confirmed is None else confirmed.to_dict(), "notice": NOTICE}
     if args.json:
         print(json.dumps(result, allow_nan=False))
     else:

@@ -76,20 +76,14 @@ def confirm_views(
     Raises:
         InputError: nothing was found viewable; a number of places that is not positive.
     """
-    count = whole("the number of places", count, 1)
-    area = np.where(found.mask, found.area_mm2, 0.0)
-    if not area.any():
-        raise InputError("no place was found viewable: there is none to drive to")
-    random = np.random.default_rng(whole("the seed", seed, 0))
-    drawn = random.choice(len(area), size=min(count, int((area > 0.0).sum())), replace=False, p=area / area.sum())
-    drawn = drawn[np.argsort([found.views[found.view[k]].tip_s for k in drawn], kind="stable")]
+    drawn = _drawn(found, whole("the number of places", count, 1), whole("the seed", seed, 0))
     drive = SnakeDrive(snake, pathway, settings, curve, slack, longer_allowed=True)
     look = _Look(mesh, pathway, driven_curve(pathway, curve), found.limits)
     seen: dict[int, bool] = {}
     ends: dict[int, tuple[float, str]] = {}
 
     def write(view: DriveView) -> Iterator[Order]:
-        for triangle in drawn.tolist():
+        for triangle in drawn:
             planned = found.views[found.view[triangle]]
             yield from _to(view, planned)
             seen[triangle] = True
@@ -98,15 +92,25 @@ def confirm_views(
                 for _ in range(round(_HOLD_S / _LOOKS / _STEP_S) if view.constants.moves else 0):
                     yield Order(SnakeCommand(), _STEP_S)
             ends[triangle] = view.tip_s, view.state.held_by or ""
-            yield from straighten(view)
+            yield from _back(view, planned)
 
     operator, beyond = SnakeOperator(write), 0
     while (act := operator(drive.system, drive.state)) is not None:
         state = drive.act(act)
         beyond += bool((state.deviation.depth > state.bound + 1e-9).any())
-    missed = [k for k in drawn.tolist() if not seen[k]]
+    missed = [k for k in drawn if not seen[k]]
     told = tuple((k, found.views[found.view[k]].tip_s, *ends[k]) for k in missed)
     return Confirmed(len(drawn), len(drawn) - len(missed), beyond, told)
+
+
+def _drawn(found: Viewable, count: int, seed: int) -> list[int]:
+    """Viewable triangles drawn by area, by the depths of their views."""
+    area = np.where(found.mask, found.area_mm2, 0.0)
+    if not area.any():
+        raise InputError("no place was found viewable: there is none to drive to")
+    most, random = int((area > 0.0).sum()), np.random.default_rng(seed)
+    drawn: list[int] = random.choice(len(area), min(count, most), replace=False, p=area / area.sum()).tolist()
+    return sorted(drawn, key=lambda k: (found.views[found.view[k]].tip_s, k))
 
 
 def _to(drive: DriveView, planned: PlannedView) -> Iterator[Order]:
@@ -114,6 +118,15 @@ def _to(drive: DriveView, planned: PlannedView) -> Iterator[Order]:
     yield from (insert_to if planned.tip_s > drive.tip_s else go_to)(drive, planned.tip_s)
     for bend in planned.bends:
         yield from bend_to(drive, bend)
+
+
+def _back(drive: DriveView, planned: PlannedView) -> Iterator[Order]:
+    """Straight again; where the straight motion there is held, by the way that led here."""
+    yield from straighten(drive)
+    if not drive.straight:
+        for bend in planned.bends[::-1]:
+            yield from bend_to(drive, bend)
+        yield from straighten(drive)
 
 
 class _Look:
