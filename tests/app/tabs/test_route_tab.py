@@ -130,6 +130,7 @@ def test_a_contour_is_chosen_resized_and_dragged_and_the_wall_is_told(opened: Op
         opened.tab.dragged(DragEvent("contour", phase, (x + 6.0, y, z)))
     shown = sections_of(opened.tab)["route_contours"]
     assert shown["items"][30]["centre"][0] == pytest.approx(x + 6.0, abs=0.01)
+    assert shown["chosen"] == 30
     assert "leaves the wall, by up to" in shown["words"]
     assert sections_of(opened.tab)["route_path"]["behind_mm"] > 3.0
     between = 0.5 * (shown["items"][40]["at_mm"] + shown["items"][41]["at_mm"])
