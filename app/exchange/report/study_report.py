@@ -103,10 +103,7 @@ def _page(told: Mapping[str, Any], plots: Mapping[str, Mapping[str, str]]) -> st
         f'<strong class="notice">{escape(NOTICE)}</strong></header>'
     ]
     if "simulated people" in told["groups"]:
-        parts.append(
-            "<section><p>Simulated people show what follows from the model of a person, and nothing of how people "
-            "behave; a p value of theirs is of the simulation.</p></section>"
-        )
+        parts.append("<section><p>Simulated people say nothing of how people behave.</p></section>")
     for group, one in told["groups"].items():
         gaps = "".join(f"<p>{escape(line)}</p>" for line in _gaps(one))
         parts.append(
