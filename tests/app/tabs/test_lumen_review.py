@@ -8,8 +8,9 @@ from typing import Any
 
 import pytest
 from lumen_cases import route_in, tube
+from lumen_driving import PATIENCE_S, Driving
+from lumen_driving import stored as stored_runs
 from session_doubles import sections_of, send
-from test_drive_tab import PATIENCE_S, Driving, _stored
 
 from app.cases.model import HEAD_PHANTOM
 from app.drives import commands as drives
@@ -43,7 +44,7 @@ def test_a_run_of_the_page_is_scored_and_replayed_bit_by_bit(
     client.tab.handle_now(drives.Push(type="drive", direction=0))
     client.until(lambda shown: shown["snake"]["bend"] > 0.1, drives.MoveAxes(type="axes", camera_x=1.0))
     send(client.tab, "rehearsal.end")
-    stored = _stored(services, route)
+    (stored,) = stored_runs(services, route)
     assert (stored.arm, stored.mode, stored.certified) == ("certified", None, True)
     score = _scored(services, stored)
     assert score["depth_mm"] >= deep["depth_mm"]
