@@ -62,13 +62,13 @@ def test_a_colon_is_opened_planned_and_driven_by_wheel_and_drag(open_page: Open,
     station.picture("lumen-drive")
     _drag(page, 200, 0)
     station.wait_for("another view", lambda: _turned(ahead, page.evaluate(SHOWN)) > 3.0)
-    station.wait_for("the arc of the force", lambda: page.evaluate(ARC) or _drag(page, 200, 0))
-    station.picture("lumen-turned")
     bent, depth = station.state("snake")["bend"], station.state("snake")["depth_mm"]
     _wheel(page, 1)  # with its bend
     station.wait_for("the depth", lambda: station.state("snake")["depth_mm"] > depth + 3.0)
     assert not station.state("snake")["straight"]
     assert abs(station.state("snake")["bend"] - bent) < 0.1
+    station.wait_for("the arc of the force", lambda: page.evaluate(ARC) or _drag(page, 200, 0))
+    station.picture("lumen-turned")
     page.keyboard.down("s")
     depth = station.state("snake")["depth_mm"]
     page.keyboard.up("s")
