@@ -19,7 +19,7 @@ pytestmark = pytest.mark.browser
 Open = Callable[..., Workstation]
 PLACES = {"entry": [0.0, 0.0, 10.0], "end": [0.0, 0.0, 150.0]}
 POLYPS = [[0.0, 0.0, 160.0], [9.0, 0.0, 160.0]]  # at the end of the tube; the second is beside the way
-HOLD_S = 1.0
+HOLD_S = 4.0
 
 # Where the polyps that are left are in the picture, from -1 to 1 to the right and up.
 SEEN = """() => vfix.state.drive_task.now.polyps.map(({ at }) => {
@@ -64,11 +64,10 @@ def test_two_polyps_are_looked_at_by_wheel_and_drag(open_page: Open, rest: Rest,
     _to(station, 110.0)
     station.picture("task-near")
     _to(station, 118.0)
-    station.wait_for("the first one", lambda: _now(station)["viewed"])
     station.picture("task-held")
     station.wait_for("its end", lambda: _now(station)["cleared"] == 1)  # it stands still meanwhile
     for _ in range(6):
-        if _now(station)["viewed"]:
+        if _now(station)["viewed"] or _now(station)["cleared"] == 2:
             break
         ((right, up),) = page.evaluate(SEEN)
         _drag(
@@ -76,6 +75,7 @@ def test_two_polyps_are_looked_at_by_wheel_and_drag(open_page: Open, rest: Rest,
             round(60 * np.sign(right)) if abs(right) > abs(up) else 0,
             round(-60 * np.sign(up)) if abs(up) > abs(right) else 0,
         )
+    station.picture("task-turned")
     station.wait_for("the second one", lambda: _now(station)["cleared"] == 2)
     assert page.evaluate("vfix.endoscope.renderer.bumps.all.length") == 0
     station.picture("task-cleared")
