@@ -66,7 +66,7 @@ def test_two_polyps_are_looked_at_by_wheel_and_drag(open_page: Open, rest: Rest,
     _to(station, 118.0)
     station.picture("task-held")
     station.wait_for("its end", lambda: _now(station)["cleared"] == 1)  # it stands still meanwhile
-    for _ in range(6):
+    for _ in range(12):
         if _now(station)["viewed"] or _now(station)["cleared"] == 2:
             break
         ((right, up),) = page.evaluate(SEEN)
