@@ -21,7 +21,7 @@ from vfix_engine.errors import InputError
 router = APIRouter(prefix="/cases", tags=["cases"], responses=ERRORS)
 
 MAX_CASE_BYTES = 2 << 30  # [byte] of a case's file (HAZ-30)
-KIND = "'lumen' for its wall, its label map, or its air in a CT; else a head"
+KIND = "'lumen' for one; else a head"
 _FORM = form_of(
     {"file": "CT volume or bone surface", "names": "names of a segmentation"},
     {

@@ -44,11 +44,14 @@ class ContourHand:
             return
         if document is None or self._document is None or self._document.id != document.id:
             self.choose(None)
+        before = None if self.chosen is None or self._edited is None else (self.chosen, len(self._edited.of_hand))
         self._document, self._key = document, key
         try:
             self._edited = None if document is None else self._paths.edited(document)
         except VfixError:
             self._edited = None  # the pathway's state says why
+        if before is not None and self._edited is not None and len(self._edited.of_hand) == before[1]:
+            self._chosen_mm = float(self._edited.pathway.at_s[before[0]])  # a move shifts what comes after it
 
     # -- what is chosen
 

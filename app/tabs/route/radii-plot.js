@@ -42,7 +42,7 @@ export class RadiiPlot {
       this.plot = null;
       this.fit();
     });
-    this.changedContours([contours], () => this.plot?.redraw());
+    this.changedContours([contours], () => this.plot?.redraw(false)); // true would fix the scales of a plot that has not drawn yet
   }
 
   fit() {

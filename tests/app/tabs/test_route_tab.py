@@ -123,16 +123,18 @@ def test_a_contour_is_chosen_resized_and_dragged_and_the_wall_is_told(opened: Op
     assert sections_of(opened.tab)["route_contours"]["chosen"] == 30
     assert "route.contour" in [layer.name for layer in opened.tab.layers()]
     at_mm = items[30]["at_mm"]
-    shown = opened.do("route.contour.resize", at_mm=at_mm, radii_mm=[RADIUS_MM])["route_contours"]
+    shown = opened.do("route.contour.resize", at_mm=at_mm, radii_mm=[RADIUS_MM - 2.0])["route_contours"]
     assert (shown["by_hand"], shown["items"][30]["by_hand"], shown["words"]) == (1, True, "")
     x, y, z = shown["items"][30]["centre"]
     for phase in ("start", "update", "end"):
         opened.tab.dragged(DragEvent("contour", phase, (x + 6.0, y, z)))
     shown = sections_of(opened.tab)["route_contours"]
     assert shown["items"][30]["centre"][0] == pytest.approx(x + 6.0, abs=0.01)
+    assert shown["chosen"] == 30
     assert "leaves the wall, by up to" in shown["words"]
-    assert sections_of(opened.tab)["route_path"]["behind_mm"] > 4.0
-    added = opened.do("route.contour.add", at_mm=0.5 * (items[40]["at_mm"] + items[41]["at_mm"]))["route_contours"]
+    assert sections_of(opened.tab)["route_path"]["behind_mm"] > 3.0
+    between = 0.5 * (shown["items"][40]["at_mm"] + shown["items"][41]["at_mm"])
+    added = opened.do("route.contour.add", at_mm=between)["route_contours"]
     assert (len(added["items"]), added["chosen"]) == (51, 41)
     with pytest.raises(InputError, match="not on the way"):
         opened.do("route.contour.remove", at_mm=900.0)
