@@ -18,6 +18,7 @@ import numpy as np
 from app.commands.head_options import say_notes
 from app.commands.lumen_options import lumen_surface, lumen_tissue, place, read_landmarks
 from app.commands.lumen_task import add_task, run_task
+from app.commands.lumen_viewable import add_viewable, run_viewable
 from app.extras import has_app
 from app.settings import Settings
 from vfix_engine.arrays import Array
@@ -42,6 +43,7 @@ if TYPE_CHECKING:  # a drive without a store keeps no run
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
     parser = subparsers.add_parser("lumen", help="drive a snake robot through a lumen", description=__doc__)
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
+    add_viewable(actions)
     drive = actions.add_parser("drive", help="insert it, and look round at each landmark")
     # A place to the patient's right begins with a minus, which is no option.
     drive._negative_number_matcher = re.compile(r"^-[\d.]")
@@ -97,9 +99,10 @@ def natural(text: str) -> int:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Exit status 0 when the tip reached its target and no link left its bound, 1 otherwise; or that of a task."""
-    if args.action == "task":
-        return run_task(args)
+    """Exit status 0 when the tip reached its target and no link left its bound, 1 otherwise; or that of its action."""
+    other = {"task": run_task, "viewable": run_viewable}.get(args.action)
+    if other is not None:
+        return other(args)
     if args.pathway is not None and args.pathway.suffix.lower() != ".ply":
         raise InputError(f"the pathway is written as .ply, not to {args.pathway.name}")
     mesh, assumed = lumen_surface(args.surface, args.frame, args.unit)

@@ -28,6 +28,7 @@ from vfix_engine.study.polyps.trial import polyp_trial
 from vfix_engine.study.polyps.world import polyp_world
 from vfix_engine.worlds.snake.presets import PRESETS
 from vfix_engine.worlds.snake.settings import CONTROLS
+from vfix_engine.worlds.snake.viewable import EVERY_MM
 
 if TYPE_CHECKING:  # a trial without a store keeps no run
     from app.services import Services
@@ -64,6 +65,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--control", choices=CONTROLS, default=_CONTROL, help="what bends the last links")
     parser.add_argument("--breathing", type=float, metavar="MM", help="the lumen moves to and fro by so much")
     parser.add_argument("--peristalsis", type=float, metavar="SHARE", help="waves narrow the lumen by that share")
+    parser.add_argument("--every", type=float, default=EVERY_MM, metavar="MM", help="between two depths of the plan")
     parser.add_argument("--anyway", action="store_true", help="go on where the lumen is narrower than the robot")
 
 
@@ -77,7 +79,8 @@ def run(args: argparse.Namespace, say: Say) -> dict[str, Any]:
     settings = _PRESET.settings(control=args.control, arm=args.arm, **changed)
     world = polyp_world(
         where.mesh, where.start, where.end, where.landmarks, model, args.links or _PRESET.links, settings,
-        lumen_tissue(args.breathing, args.peristalsis), seed=args.seed, count=args.polyps, anyway=args.anyway, say=say,
+        lumen_tissue(args.breathing, args.peristalsis), seed=args.seed, count=args.polyps, anyway=args.anyway,
+        every_mm=args.every, say=say,
     )  # fmt: skip
     prepared = time.perf_counter()
     with _run_folder() as (folder, keep):

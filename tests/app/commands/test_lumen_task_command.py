@@ -53,7 +53,18 @@ def told(tmp_path: Path) -> list[str]:
     marks = {"rectosigmoid": [0.0, 0.0, 100.0], "ascending": [0.0, 0.0, 200.0]}
     (tmp_path / "marks.json").write_text(json.dumps({"landmarks": marks}), encoding="utf-8")
     ends = ["--surface", str(tmp_path / "tube.stl"), "--start", "0,0,8", "--end", "0,0,232"]
-    return ["lumen", "task", "kwok1", *ends, "--landmarks", str(tmp_path / "marks.json"), "--links", "8"]
+    return [
+        "lumen",
+        "task",
+        "kwok1",
+        *ends,
+        "--landmarks",
+        str(tmp_path / "marks.json"),
+        "--links",
+        "8",
+        "--every",
+        "20",
+    ]
 
 
 def test_two_polyps_are_cleared_and_the_figures_are_those_of_the_run(
@@ -95,8 +106,9 @@ def test_two_polyps_are_cleared_and_the_figures_are_those_of_the_run(
         (["--polyps", "0"], "1 is the least"),
         (["--seed", "-1"], "-1 is negative"),
         (["--arm", "free"], "invalid choice"),
+        (["--every", "0"], "between two depths"),
         (["--breathing", "-3"], "amplitude"),
-        (["--links", "3"], "the first polyp is to be at 100 mm or more"),
+        (["--links", "2"], "and the first polyp is to be at"),
     ],
 )
 def test_bad_input_is_refused_in_words(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -11,10 +12,15 @@ import pytest
 
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
+from vfix_engine.pathway.pathway import Pathway
+from vfix_engine.pathway.pathway_surface import pathway_surface
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.command import COMMAND_SIZE
 from vfix_engine.runtime.requests import Reset
 from vfix_engine.runtime.run import Run, RunWriter
+from vfix_engine.study.polyps.figures import polyp_figures
+from vfix_engine.study.polyps.placing import WallPlaces
+from vfix_engine.study.polyps.seen import FAR_MM, seen_share
 from vfix_engine.study.polyps.series import PolypSeries, polyp_series, task_note
 from vfix_engine.study.polyps.table import PRINTED, beyond_bound_mm, episodes, polyp_table, table_iii, withdrawal_s
 from vfix_engine.study.polyps.task import PROUD_MM, Polyp, PolypTask
@@ -128,3 +134,32 @@ def test_an_episode_is_a_time_in_one_piece() -> None:
     assert episodes(true, np.full(7, 0.1)) == pytest.approx([0.2, 0.1, 0.1])
     assert len(episodes(np.zeros(3, dtype=bool), np.ones(3))) == 0
     assert math.fsum(episodes(np.ones(3, dtype=bool), np.array([1.0, 2.0, 3.0]))) == 6.0
+
+
+@pytest.fixture(scope="module")
+def places() -> WallPlaces:
+    tube = Pathway(np.column_stack([np.zeros((9, 2)), np.linspace(0.0, 240.0, 9)]), np.full(9, 16.0), 121)
+    return WallPlaces.of(pathway_surface(tube), tube.curve())
+
+
+def test_the_figures_of_a_score_card_are_those_of_its_run(series: PolypSeries, places: WallPlaces) -> None:
+    card = polyp_figures(series, places)
+    assert (card["completed"], card["polyps_cleared"], card["of"], card["seed"]) == (True, 1, 2, 3)
+    assert card["table_iii"] == table_iii(series).to_dict()
+    assert card["ends_at"] == "the landmark 'ascending'"
+    assert 0.0 < card["seen_share"] <= 1.0
+    assert json.loads(json.dumps(card, allow_nan=False)) == card
+    deep = replace(series, task=replace(TASK, end_name=None))
+    assert "the depth that the robot reaches" in polyp_figures(deep, places)["ends_at"]
+
+
+def test_the_share_of_the_wall_that_was_seen(series: PolypSeries, places: WallPlaces) -> None:
+    camera = np.tile(np.eye(4), (2, 1, 1))
+    camera[:, 2, 3] = 50.0, 52.0  # the second is too near to the first to show more
+    looked = replace(series, camera=camera, t=series.t[:2], tip_mm=series.tip_mm[:2])
+    edge = 16.0 / math.tan(math.radians(35.0)) * (4.0 / math.pi) * math.sin(math.pi / 4.0)  # mean over the square's rim
+    far = math.sqrt(FAR_MM**2 - 16.0**2)
+    assert seen_share(looked, places) == pytest.approx((far - edge) / 100.0, abs=0.03)  # of 50 to 150 mm
+    back = looked.camera.copy()
+    back[:, :3, 2] *= -1.0
+    assert seen_share(replace(looked, camera=back), places) < 0.01

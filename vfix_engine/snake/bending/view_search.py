@@ -45,6 +45,10 @@ class ViewGoal(NamedTuple):
     ahead: float
 
 
+ViewLine = tuple[float, float, float, float, float, float, float, float, float, float]
+"""The camera's place in mm, its axis z, the unit vector d from it to the point, and the distance in mm."""
+
+
 class SearchWorkspace(NamedTuple):
     """Memory of a search for L links: poses, axes and centres of the joints, rows and the system, and the query's."""
 
@@ -209,68 +213,78 @@ def view_step(
 @no_refcount
 def towards(lumen: DistalPathway, goal: ViewGoal, free: Array, q: Array, work: SearchWorkspace) -> bool:
     """The step (2L,) of joints that reduces the errors of the view, no joint by more than ``_MOST``."""
-    joints, tip = len(q), work.frames[len(work.frames) - 1]
-    zx, zy, zz = tip[0, 2], tip[1, 2], tip[2, 2]
-    cx, cy, cz = tip[0, 3] + goal.ahead * zx, tip[1, 3] + goal.ahead * zy, tip[2, 3] + goal.ahead * zz
+    tip = work.frames[len(work.frames) - 1]
+    cx, cy, cz = (
+        tip[0, 3] + goal.ahead * tip[0, 2], tip[1, 3] + goal.ahead * tip[1, 2], tip[2, 3] + goal.ahead * tip[2, 2]
+    )  # fmt: skip
     dx, dy, dz = goal.point[0] - cx, goal.point[1] - cy, goal.point[2] - cz
     away = math.sqrt(dx * dx + dy * dy + dz * dz)
     if not away > 1e-6:
         return False
-    dx, dy, dz = dx / away, dy / away, dz / away
     far = max(abs(away - goal.distance) - 0.5 * goal.tolerance, 0.0)
-    far = far if away > goal.distance else -far
-    ex, ey, ez = zx - dx, zy - dy, zz - dz
-    active = np.int64(0)
-    for turn in range(_ROUNDS):
-        for i in range(joints):
-            for j in range(joints):
-                work.matrix[i, j] = _DAMPING if i == j else 0.0
-            work.step[i] = 0.0
-        for i in range(joints):
-            ax, ay, az, ar = view_column(work, i, cx, cy, cz, zx, zy, zz, dx, dy, dz, away)
-            work.step[i] = -(ax * ex + ay * ey + az * ez) - _PER_MM * _PER_MM * ar * far
-            for j in range(i + 1):
-                bx, by, bz, br = view_column(work, j, cx, cy, cz, zx, zy, zz, dx, dy, dz, away)
-                work.matrix[i, j] += ax * bx + ay * by + az * bz
-                if far != 0.0:
-                    work.matrix[i, j] += _PER_MM * _PER_MM * ar * br
-        for link in range(len(work.frames)):
-            if active & (1 << link):
-                for i in range(joints):
-                    work.step[i] += _WALL * _WALL * work.rows[link, i] * work.slack[link]
-                    for j in range(i + 1):
-                        work.matrix[i, j] += _WALL * _WALL * work.rows[link, i] * work.rows[link, j]
-        for i in range(joints):
+    view = (cx, cy, cz, tip[0, 2], tip[1, 2], tip[2, 2], dx / away, dy / away, dz / away, away)
+    active = 0
+    for _ in range(_ROUNDS):
+        put_system(view, far if away > goal.distance else -far, active, work)
+        for i in range(len(q)):
             outwards = (q[i] >= lumen.q_max and work.step[i] > 0.0) or (q[i] <= -lumen.q_max and work.step[i] < 0.0)
             if free[i] == 0.0 or outwards:
                 hold(work.matrix, work.step, i)
         cholesky(work.matrix, work.step)
         largest = 0.0
-        for i in range(joints):
+        for i in range(len(q)):
             largest = max(largest, abs(work.step[i]))
         if largest > _MOST:
-            for i in range(joints):
+            for i in range(len(q)):
                 work.step[i] *= _MOST / largest
-        more = active
-        for link in range(len(work.frames)):
-            if work.slack[link] < math.inf:
-                deeper = 0.0
-                for i in range(joints):
-                    deeper += work.rows[link, i] * work.step[i]
-                if deeper > work.slack[link]:
-                    more |= 1 << link
-        if more == active or turn == _ROUNDS - 1:
+        more = crossed(active, work)
+        if more == active:
             break
         active = more
     return True
 
 
 @no_refcount
-def view_column(
-    work: SearchWorkspace, joint: int, cx: float, cy: float, cz: float, zx: float, zy: float, zz: float, dx: float,
-    dy: float, dz: float, away: float,
-) -> tuple[float, float, float, float]:  # fmt: skip
+def put_system(view: ViewLine, far: float, active: int, work: SearchWorkspace) -> None:
+    """The normal equations of a step (2L,): errors of the view and, of active links, what they are beyond their limit.
+
+    far: mm that the camera is too far away, negative: too near.
+    """
+    joints, square = len(work.step), _PER_MM * _PER_MM
+    ex, ey, ez = view[3] - view[6], view[4] - view[7], view[5] - view[8]
+    for i in range(joints):
+        ax, ay, az, ar = view_column(work, i, view)
+        work.step[i] = -(ax * ex + ay * ey + az * ez) - square * ar * far
+        for j in range(i + 1):
+            bx, by, bz, br = view_column(work, j, view)
+            work.matrix[i, j] = ax * bx + ay * by + az * bz + (square * ar * br if far != 0.0 else 0.0)
+        work.matrix[i, i] += _DAMPING
+    for link in range(len(work.frames)):
+        if active & (1 << link):
+            for i in range(joints):
+                work.step[i] += _WALL * _WALL * work.rows[link, i] * work.slack[link]
+                for j in range(i + 1):
+                    work.matrix[i, j] += _WALL * _WALL * work.rows[link, i] * work.rows[link, j]
+
+
+@no_refcount
+def crossed(active: int, work: SearchWorkspace) -> int:
+    """The active links, a bit for each, with those that the step brings beyond their limit to first order."""
+    more = active
+    for link in range(len(work.frames)):
+        if work.slack[link] < math.inf:
+            deeper = 0.0
+            for i in range(len(work.step)):
+                deeper += work.rows[link, i] * work.step[i]
+            if deeper > work.slack[link]:
+                more |= 1 << link
+    return more
+
+
+@no_refcount
+def view_column(work: SearchWorkspace, joint: int, view: ViewLine) -> tuple[float, float, float, float]:
     """Derivatives of the view's error z − d by a joint, 1/rad, and of the distance, mm/rad."""
+    cx, cy, cz, zx, zy, zz, dx, dy, dz, away = view
     u, v, w = work.axes[joint, 0], work.axes[joint, 1], work.axes[joint, 2]
     rx, ry, rz = cx - work.centres[joint, 0], cy - work.centres[joint, 1], cz - work.centres[joint, 2]
     mx, my, mz = v * rz - w * ry, w * rx - u * rz, u * ry - v * rx  # of the camera

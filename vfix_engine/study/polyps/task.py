@@ -15,6 +15,7 @@ from ...pathway.pathway import TissueMotion
 HOLD_S = 7.0  # a polyp disappears when it was viewed for so long, as printed; that it is in one piece is assumed
 PROUD_MM = 2.0  # how far a polyp's middle stands out from the wall; not printed
 RADIUS_MM = 3.0  # of the drawn ball; not printed
+FIRST_MARK, LAST_MARK = "rectosigmoid", "ascending"  # landmarks where polyps begin, and where the task ends
 
 Place = tuple[float, float, float]
 

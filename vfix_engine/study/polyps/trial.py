@@ -14,21 +14,12 @@ from ...worlds.snake.offline.script import DriveSpec
 from ...worlds.snake.offline.snake_drive import SnakeDrive
 from ...worlds.snake.offline.wall_depth import UNMEASURED, WallDepth
 from ...worlds.snake.stepping.constants import Start
+from .figures import ASSUMED, polyp_figures
 from .operator import PolypOperator
 from .progress import PolypProgress
-from .seen import seen_share
 from .series import polyp_series, task_note
 from .sight import LumenSight
-from .table import beyond_bound_mm, polyp_table, table_iii, withdrawal_s
-from .world import LAST_MARK, PolypWorld
-
-ASSUMED = (
-    "7 s without a break, as the paper prints only that the polyp was viewed for 7 s",
-    "the aiming frame touches the circle of 20°; its size is not printed",
-    "a polyp stands out 2 mm from the wall",
-    "the marker's colour is linear in the worse of the errors of distance and angle",
-    "deviation of the distal links counts as one, not for each link",
-)
+from .world import PolypWorld
 
 
 def polyp_trial(
@@ -44,10 +35,7 @@ def polyp_trial(
     spec = DriveSpec.of(Start(drive.constants, drive.state), lumen)
     sight = LumenSight(mesh, task, world.motion)
     operator = PolypOperator(task, sight, world.motion, views)
-    still = world.motion is None
-    behind = (
-        WallDepth(mesh, lumen.pathway, driven_curve(lumen.pathway, lumen.curve), drive.snake.links) if still else None
-    )
+    behind = _behind(mesh, world)
     writer = RunWriter(folder, spec, spec.columns, task.seed)
     drive.driver.log = writer
     try:
@@ -56,35 +44,27 @@ def polyp_trial(
         writer.abandon()
         raise
     writer.close()
-    series = polyp_series(Run.read(folder), sight)
-    words = (
-        f"the landmark '{task.end_name}'" if task.end_name else f"the depth that the robot reaches; no '{LAST_MARK}'"
-    )
-    return {
-        "completed": series.progress.completed,
+    found = polyp_figures(polyp_series(Run.read(folder), sight), places)
+    wall = UNMEASURED if behind is None else behind.to_dict()
+    return found | {
         "operator": "oracle",
         "arm": settings.arm,
         "control": settings.control,
-        "seed": task.seed,
-        "polyps_cleared": series.progress.cleared,
-        "of": len(task.polyps),
-        "table_iii": table_iii(series).to_dict(),
-        "beyond_bound_mm": beyond_bound_mm(series),
-        "behind_wall_mm": (behind.to_dict() if behind is not None else UNMEASURED)["mm"],
-        "behind_wall": behind.words if behind is not None else UNMEASURED["words"],
-        "viewable_share": task.viewable_share,
-        "seen_share": seen_share(series, places),
-        "withdrawal_s": withdrawal_s(series),
-        "from_mm": task.from_mm,
-        "end_mm": task.end_mm,
-        "ends_at": words,
-        "inserted_mm": float(series.tip_mm.max()),
-        "stopped_by": None if series.progress.completed else drive.state.held_by,
+        "behind_wall_mm": wall["mm"],
+        "behind_wall": wall["words"],
+        "stopped_by": None if found["completed"] else drive.state.held_by,
         "links": drive.snake.links,
-        "polyps": polyp_table(series),
         "attempts": [asdict(attempt) for attempt in operator.attempts],
         "assumed": [*ASSUMED, *drive.snake.assumed],
     }
+
+
+def _behind(mesh: TriangleMesh, world: PolypWorld) -> WallDepth | None:
+    """What measures links behind the triangles; None where the surface does not move with the tissue."""
+    if world.motion is not None:
+        return None
+    pathway = world.lumen.pathway
+    return WallDepth(mesh, pathway, driven_curve(pathway, world.lumen.curve), world.snake.links)
 
 
 def _drive(drive: SnakeDrive, operator: PolypOperator, behind: WallDepth | None, say: Callable[[str], None]) -> None:

@@ -20,11 +20,10 @@ from ...validate import point
 from ...worlds.snake.lumen import Lumen, lumen_between
 from ...worlds.snake.narrow import narrowest
 from ...worlds.snake.settings import DriveSettings
-from ...worlds.snake.viewable import Viewable, viewable_wall
+from ...worlds.snake.viewable import EVERY_MM, Viewable, viewable_wall
 from .placing import POLYPS, WallPlaces, placed
-from .task import PolypTask
+from .task import FIRST_MARK, LAST_MARK, PolypTask
 
-FIRST_MARK, LAST_MARK = "rectosigmoid", "ascending"  # where the paper's polyps begin, and where its task ends
 ERROR_AT_MOST = 0.8  # of a planned view of a polyp, as of ``ViewLimits.error``
 _SAME_MM = 1e-6
 
@@ -68,13 +67,14 @@ def polyp_world(
     seed: int = 0,
     count: int = POLYPS,
     anyway: bool = False,
+    every_mm: float = EVERY_MM,
     say: Callable[[str], None] = lambda words: None,
 ) -> PolypWorld:
     """Prepare a lumen, find what the robot can view of it, and place polyps there by ``polyps_in``.
 
     Args:
         mesh, start, end, tissue, anyway: as for ``drive_lumen``. model, links: the robot, None links: as many as it
-            takes to the end. seed: of the polyps; count: their number.
+            takes to the end. seed: of the polyps; count: their number. every_mm: of ``viewable_wall``.
 
     Raises:
         InputError: as ``polyps_in``. PathwayError, RobotError: as ``drive_lumen``.
@@ -88,7 +88,7 @@ def polyp_world(
     bending_mm = settings.manipulated * snake.length_mm
     way_of(landmarks, curve, reach, bending_mm)  # refused before the long part
     say("what of the wall this robot can view")
-    found = viewable_wall(mesh, lumen.pathway, snake, settings, lumen.curve, lumen.slack)
+    found = viewable_wall(mesh, lumen.pathway, snake, settings, lumen.curve, lumen.slack, every_mm=every_mm)
     return PolypWorld(lumen, snake, settings, polyps_in(found, mesh, curve, landmarks, bending_mm, seed, count))
 
 

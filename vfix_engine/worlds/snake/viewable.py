@@ -28,7 +28,8 @@ from ...snake.bending.view_search import ViewGoal, view_path
 from ...snake.conform.conformance import conform
 from ...snake.conform.conforming import driven_curve
 from ...snake.control.tip_control import DistalContext
-from ...validate import positive
+from ...validate import positive, whole
+from .narrow import narrowest
 from .offline.operators import inserted
 from .offline.snake_drive import SnakeDrive
 from .settings import DriveSettings
@@ -39,8 +40,9 @@ EVERY_MM = 10.0  # between two depths at which views are searched
 TIMES_S = (0.0, 1.0, 2.0, 3.0)  # of a moving lumen at which a view is looked at: a breath of 4 s
 _UNLIMITED = 20.0  # [rad/s] of the joints: no step of a shape is cut by it
 _ATTEMPTS = 1  # to come again with other shapes, after the first hold
+_SPARE_MM = 0.05  # inside of the bound ways are certified: a drive's shapes differ a little from those here
 _WAY = 80  # configurations of a way at most
-_BETTER = 0.95  # error of a view with which a search is content
+_SAME_VIEW, _SAME_MM = math.cos(math.radians(3.0)), 1.0  # cosine and distance of cameras that count as the same
 _APART_MM = 4.0  # a place so near to one that is not viewed from a depth is not tried there
 _BEHIND_MM, _AHEAD_MM, _ASIDE_MM = 25.0, 40.0, 55.0  # of the tip, and from it: places that are tried from a depth
 _EYES_MM = (-20.0, -15.0, -10.0, -5.0, 0.0, 5.0, 10.0, 15.0)  # from the tip along the curve; see ``_in_sight``
@@ -99,10 +101,11 @@ class Viewable:
         """JSON's types only; ``along``: the share in so many equal parts of the way."""
         edges = np.linspace(0.0, self.depth_mm, bands + 1).tolist()
         pairs = list(zip(edges[:-1], [*edges[1:-1], math.inf], strict=True))
-        along = [self.share_between(low, high) for low, high in pairs]
+        whole, *along = (self.share_between(low, high) for low, high in [(0.0, math.inf), *pairs])
         return {
-            "share": self.share, "area_mm2": float(self.area_mm2[self.counted].sum()), "depth_mm": self.depth_mm,
-            "views": len(self.views), "along": [None if math.isnan(one) else one for one in along],
+            "share": None if math.isnan(whole) else whole, "area_mm2": float(self.area_mm2[self.counted].sum()),
+            "depth_mm": self.depth_mm, "views": len(self.views),
+            "along": [None if math.isnan(one) else one for one in along],
         }  # fmt: skip
 
 
@@ -116,6 +119,7 @@ def viewable_wall(
     *,
     limits: ViewLimits | None = None,
     every_mm: float = EVERY_MM,
+    starts: int = 1,
     times_s: tuple[float, ...] = TIMES_S,
     progress: Callable[[float], None] | None = None,
 ) -> Viewable:
@@ -128,20 +132,24 @@ def viewable_wall(
 
     Args:
         mesh: the lumen's wall, consistently oriented. pathway: of the lumen; where it moves, a place counts that one
-            bend views at all of ``times_s``, within the bounds less what the drive keeps for the tissue.
+            bend views at rest and at all of ``times_s``, within the bounds less what the drive keeps for the tissue.
         snake: the whole robot. settings: bounds, and ``manipulated``, the links that bend.
         curve, slack: as for ``SnakeDrive``.
         limits: tolerances of a view; None: the paper's.
-        every_mm: between two depths. progress: called with the share of the way that is done.
+        every_mm: between two depths. starts: configurations from which a view of a place is searched, the nearest ones.
+        progress: called with the share of the way that is done.
 
     Raises:
         InputError, PathwayError: as ``SnakeDrive``; a distance between depths that is not positive.
     """
     positive("the distance between two depths in mm", every_mm)
+    starts = whole("the number of configurations to search from", starts, 1)
     if not times_s:
         raise InputError("a view is looked at one time at least: give times_s")
-    times = tuple(times_s) if pathway.motion is not None else (0.0,)
-    search = _Search(mesh, pathway, snake, settings or DriveSettings(), curve, slack, limits or ViewLimits(), times)
+    times = tuple(times_s) if pathway.motion is not None else ()
+    search = _Search(
+        mesh, pathway, snake, settings or DriveSettings(), curve, slack, limits or ViewLimits(), times, starts
+    )
     for share in search.along(every_mm):
         if progress is not None:
             progress(share)
@@ -177,6 +185,7 @@ class _Search:
         slack: Array | None,
         limits: ViewLimits,
         times_s: tuple[float, ...],
+        starts: int,
     ) -> None:
         line, moves = driven_curve(pathway, curve), pathway.motion is not None
         settings = replace(
@@ -185,13 +194,12 @@ class _Search:
         still = pathway.moved(None)
         self._drive = SnakeDrive(snake, still, settings, line, None if moves else slack, longer_allowed=True)
         self._limits, self._reserve = limits, TISSUE_RESERVE_MM if moves else 0.0
+        self._starts = starts
         self._moments = [
-            _Moment(
-                pathway.packed(t), pathway.curve(t) if moves else line, WallSight(moved_wall(mesh, pathway, t), line)
-            )
+            _Moment(pathway.packed(t), pathway.curve(t), WallSight(moved_wall(mesh, pathway, t), pathway.curve(t)))
             for t in times_s
         ]
-        self._wall = self._moments[0].sight
+        self._wall = WallSight(mesh, line)
         self._line, self._s = line, self._wall.arc_lengths(line)
         count = len(mesh.faces)
         self._views: list[PlannedView] = []
@@ -205,13 +213,15 @@ class _Search:
         """Search at depths, and yield the share of the way that is done after each."""
         drive = self._drive
         end = min(self._line.length, drive.snake.reach_mm())
-        for depth in [*np.arange(every_mm, end, every_mm).tolist(), end]:
+        narrow = narrowest(drive.pathway, drive.snake, drive.settings.bound_mm, end)
+        if narrow.first is not None:
+            end = 0.0 if narrow.free is None else narrow.free.at_mm
+        for depth in [*np.arange(every_mm, end, every_mm).tolist(), end] if end > 0.0 else []:
             operator = inserted(depth, _ATTEMPTS)
             while (act := operator(drive.system, drive.state)) is not None:
                 drive.act(act)
             self._depth = max(self._depth, drive.tip_s)
-            if drive.state.pose.measured[drive.constants.first :].any():
-                self._here()
+            self._here()
             yield depth / end
             if drive.tip_s < depth - 1e-6:
                 break
@@ -231,9 +241,9 @@ class _Search:
         drive = self._drive
         state, first = drive.state, drive.constants.first
         inside, context = state.pose.measured[first:], drive.distal_context()
-        kept = np.maximum(context.bound - self._reserve, np.minimum(state.deviation.depth[first:], context.bound))
-        kept = np.where(inside, kept, np.inf)
-        bound = np.where(inside, context.bound, np.inf)
+        depth = np.minimum(state.deviation.depth[first:], context.bound)
+        kept = np.where(inside, np.maximum(context.bound - self._reserve, depth), np.inf)
+        bound = np.where(inside, np.maximum(context.bound - self._reserve - _SPARE_MM, depth), np.inf)
         lumen = DistalPathway(
             context.packed, context.query.blocks, context.window, context.base.copy(), context.rest.copy(), kept,
             drive.snake.q_max, drive.snake.length_mm,
@@ -241,9 +251,11 @@ class _Search:
         free = np.repeat(inside, 2).astype(np.float64)
         straight = _Reached(context.rest, drive.distal.camera(context.rest, context.base), ())
         pool = [straight]
+        cameras = np.empty((1, 3, 2))
+        cameras[0] = straight.camera[:3, 2:]
         rests = self._rests()
         self._taken(straight, rests)
-        places = self._in_sight()
+        places = self._in_sight() if inside.any() else np.empty(0, dtype=np.int64)
         left = np.ones(len(places), dtype=bool)
         near = cKDTree(self._wall.centre[places]) if len(places) else None
         for k in np.argsort(self._s[places], kind="stable"):
@@ -251,10 +263,15 @@ class _Search:
             if not left[k] or self._view[triangle] >= 0:
                 continue
             point = self._wall.centre[triangle].copy()
-            reached = self._reached(lumen, context, bound, free, point, pool)
-            if reached is not None:
+            for j in self._nearest(cameras, point):
+                reached = self._reached(lumen, context, bound, free, point, pool[j])
+                if reached is None:
+                    continue
                 pool.append(reached)
+                cameras = np.concatenate([cameras, reached.camera[None, :3, 2:]])
                 self._taken(reached, rests)
+                if self._view[triangle] >= 0:
+                    break
             if self._view[triangle] < 0 and near is not None:
                 left[near.query_ball_point(point, _APART_MM)] = False
 
@@ -271,33 +288,37 @@ class _Search:
             seen[rest] = self._wall.free(eye, near[rest])
         return near[seen]
 
+    def _nearest(self, cameras: Array, point: Array) -> list[int]:
+        """Of cameras (n, 3, 2), their axes and places, those that are nearest to a view of a point."""
+        ahead = point - cameras[:, :, 1]
+        away = np.linalg.norm(ahead, axis=1)
+        cosine = np.einsum("ij,ij->i", ahead, cameras[:, :, 0]) / away
+        off = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))) / self._limits.angle_deg
+        error = off + np.abs(away - self._limits.distance_mm) / self._limits.distance_tolerance_mm
+        found: list[int] = np.argsort(error, kind="stable")[: self._starts].tolist()
+        return found
+
     def _reached(
-        self, lumen: DistalPathway, context: DistalContext, bound: Array, free: Array, point: Array,
-        pool: list[_Reached],
-    ) -> _Reached | None:  # fmt: skip
-        """The configuration from which a point is viewed, from the one of the pool that views it best; certified."""
+        self, lumen: DistalPathway, context: DistalContext, bound: Array, free: Array, point: Array, start: _Reached
+    ) -> _Reached | None:
+        """The configuration nearest to a view of a point that a search from another one finds; None: no other one."""
         limits, drive = self._limits, self._drive
         goal = ViewGoal(
             point, limits.distance_mm, limits.distance_tolerance_mm, math.radians(limits.angle_deg),
             drive.snake.camera_offset_mm,
         )  # fmt: skip
-        cameras = np.array([one.camera for one in pool])
-        ahead = point - cameras[:, :3, 3]
-        away = np.linalg.norm(ahead, axis=1)
-        cosine = np.einsum("ij,ij->i", ahead, cameras[:, :3, 2]) / away
-        off = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))) / limits.angle_deg
-        best = int(np.argmin(off + np.abs(away - limits.distance_mm) / limits.distance_tolerance_mm))
-        start = pool[best]
-        count, error = view_path(lumen, self._points, goal, free, start.q, self._way)
-        if error > _BETTER or not count:
+        count, _ = view_path(lumen, self._points, goal, free, start.q, self._way)
+        if not count:
             return None
-        bends, q = list(start.bends), start.q
-        for after in self._certified(context, bound, q, self._way[:count].copy()):
-            bends.append(after - context.rest)
-            q = after
-        if not len(bends) > len(start.bends):
+        camera = drive.distal.camera(self._way[count - 1], context.base)
+        cosine = float(camera[:3, 2] @ start.camera[:3, 2])
+        if cosine > _SAME_VIEW and float(np.linalg.norm(camera[:3, 3] - start.camera[:3, 3])) < _SAME_MM:
             return None
-        return _Reached(q, drive.distal.camera(q, context.base), tuple(bends))
+        made = self._certified(context, bound, start.q, self._way[:count].copy())
+        if not made:
+            return None
+        bends = (*start.bends, *(after - context.rest for after in made))
+        return _Reached(made[-1], drive.distal.camera(made[-1], context.base), bends)
 
     def _certified(self, context: DistalContext, bound: Array, q: Array, way: Array) -> list[Array]:
         """Of a way (n, 2L') from q the certified part: its end alone where the straight motion there is."""
@@ -317,9 +338,9 @@ class _Search:
         return made
 
     def _rests(self) -> list[tuple[Array, Array]]:
-        """Base and joints of the conforming shape at each later moment."""
+        """Base and joints of the conforming shape at each moment."""
         shape, found = self._drive.state.pose.shape, []
-        for moment in self._moments[1:]:
+        for moment in self._moments:
             tip_s = min(shape.tip_s, moment.curve.length)
             moved = conform(self._drive.snake, moment.curve, tip_s, shape, None, shape.roll)
             found.append((moved.base, moved.q))
@@ -328,7 +349,7 @@ class _Search:
     def _taken(self, reached: _Reached, rests: list[tuple[Array, Array]]) -> None:
         """Take note of what is viewed from a configuration."""
         triangles, error = self._wall.viewed(reached.camera, self._limits)
-        for moment, (base, rest) in zip(self._moments[1:], rests, strict=True):
+        for moment, (base, rest) in zip(self._moments, rests, strict=True):
             camera = self._bent(moment, base, rest, reached)
             if camera is None:
                 return
@@ -343,7 +364,7 @@ class _Search:
             self._views.append(PlannedView(self._drive.tip_s, bends, reached.camera))
 
     def _bent(self, moment: _Moment, base: Array, rest: Array, reached: _Reached) -> Array | None:
-        """The camera at a later moment with the same bend; None where a link is beyond its bound then."""
+        """The camera at a moment with the same bend; None where a link is beyond its bound then."""
         drive = self._drive
         snake, state = drive.snake, drive.state
         q = rest.copy()

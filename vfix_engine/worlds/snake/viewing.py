@@ -17,7 +17,7 @@ from ...pathway.pathway import Pathway
 from ...validate import positive, within
 from .picture.camera_view import FIELD_DEG
 
-_NEIGHBOURS = 64  # points of the curve that are asked for a triangle's arc length
+_NEIGHBOURS = 24  # points of the curve that are asked for a triangle's arc length
 _SPACING_MM = 2.0  # between two of them
 
 
