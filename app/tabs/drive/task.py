@@ -95,9 +95,10 @@ def _colour(progress: PolypProgress, index: int) -> float:
 
 
 def _shade(colour: float) -> tuple[int, int, int]:
-    share = round(colour * _SHADES) / _SHADES
-    red, green, blue = (round(a + share * (b - a)) for a, b in zip(palette.OUT_OF_VIEW, palette.IN_VIEW, strict=True))
-    return red, green, blue
+    share = 2.0 * round(colour * _SHADES) / _SHADES
+    start, end = palette.SOUGHT[:2] if share < 1.0 else palette.SOUGHT[1:]
+    red, green, blue = (round(a + share % 1.0 * (b - a)) for a, b in zip(start, end, strict=True))
+    return (red, green, blue) if share < 2.0 else palette.SOUGHT[2]
 
 
 def _triple(values: Any) -> tuple[float, float, float]:

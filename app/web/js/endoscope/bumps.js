@@ -7,15 +7,16 @@ import { BALL_FRAGMENT, BALL_VERTEX } from "./shaders.js";
 /** colour: red, green and blue, from 0 to 1. @typedef {{ at: Triple, radius: number, colour: Triple }} Bump */
 
 const [AROUND, UP] = [24, 12]; // pieces of a ball
-/** Colours of a polyp that is not in view, and of one at the best place. */
-const [BLUE, YELLOW] = /** @type {[Triple, Triple]} */ ([[0.13, 0.3, 1], [1, 0.93, 0.16]]);
+/** Colours of a polyp that is not in view, half way, and at the best place: a straight mix of the ends would be grey. @type {[Triple, Triple, Triple]} */
+const MARKER = [[0.13, 0.3, 1], [0.2, 0.85, 0.6], [1, 0.93, 0.16]];
 
 /**
  * @param {number} share 0: blue, 1: bright yellow
  * @returns {Triple}
  */
 export function markerColour(share) {
-  const mixed = BLUE.map((from, index) => from + share * (YELLOW[index] - from));
+  const half = share < 0.5 ? 0 : 1, [from, to] = [MARKER[half], MARKER[half + 1]];
+  const mixed = from.map((value, index) => value + (2 * share - half) * (to[index] - value));
   return [mixed[0], mixed[1], mixed[2]];
 }
 

@@ -121,12 +121,13 @@ export class EndoscopeView {
       return;
     }
     const places = curve?.points ?? [];
-    const targets = [...((driven ?? plan)?.targets ?? []).map(({ position }) => position), ...(route?.marks ?? []).map(({ at }) => at)];
+    const task = live ? state.drive_task?.now : null; // its polyps are drawn as such
+    const targets = [...((driven ?? plan)?.targets ?? []).map(({ position }) => position), ...(task ? [] : route?.marks ?? []).map(({ at }) => at)];
     this.changedPlan([places, targets], () => {
       this.renderer?.overlay.set(places, targets);
       this.schedule();
     });
-    this.showTask(live ? state.drive_task?.now : null);
+    this.showTask(task);
     const replayed = replayedPose();
     if (!this.driven) this.show(replayed ?? this.plannedPose(state));
     say(this.source, this.driven ? "" : replayed ? "Replayed" : this.pose ? "Planned, not driven" : "");
