@@ -133,6 +133,15 @@ test("typing drives nothing, but the arrows drive over a slider", () => {
   assert.deepEqual(connection.sent[0], ["drive", { direction: 1 }]);
 });
 
+test("a slider keeps the keys that move it, and leaves the letters to the page", () => {
+  const { keys } = rehearsing();
+  const asked = [];
+  keys.shortcut = (event) => asked.push(event.code) > 0;
+  for (const code of ["ArrowLeft", "Home", "PageUp", "KeyE", "Space"]) keys.down(keyEvent(code, { target: { tagName: "INPUT", type: "range" } }));
+  keys.down(keyEvent("KeyE", { target: { tagName: "INPUT", type: "number" } }));
+  assert.deepEqual(asked, ["KeyE", "Space"]);
+});
+
 test("while the robot runs, text keeps its keys and a list its arrows; W and S drive in a list, and so do all keys elsewhere", () => {
   const driven = (code, target) => {
     const connection = noted(RUNNING);

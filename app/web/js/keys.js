@@ -68,7 +68,7 @@ export class Keys {
     const driving = this.connection.state.step?.input === "drive" && isDriveKey(event);
     // a slider that keeps the focus is moved by ← and →: where keys drive, ↑ and ↓ do so, and change no margin
     const undoing = isUndoKey(event) && !(isText(target) && hasTextUndo(target)) && !isDialogOpen();
-    if (typing(target) && !(driving && target?.type === "range") && !undoing && !isFindKey(event)) return;
+    if (typing(event) && !(driving && target?.type === "range") && !undoing && !isFindKey(event)) return;
     const inScene = event.view && event.view !== window;
     if ((!isDialogOpen() && foldExplanation(event)) || this.command(event) || this.shortcut(event)) {
       if (undoing) this.connection.say("anew", null); // a field may show what was never drawn: edit and undo lie in one frame
@@ -238,7 +238,12 @@ function isText(target) {
   return target?.tagName === "TEXTAREA" || (target?.tagName === "INPUT" && !["range", "radio", "color", "file"].includes(target.type ?? ""));
 }
 
-/** @param {Partial<HTMLInputElement> | null} target */
-function typing(target) {
-  return target?.tagName === "SELECT" || target?.tagName === "TEXTAREA" || (target?.tagName === "INPUT" && !["checkbox", "button"].includes(target.type ?? ""));
+/**
+ * Whether the key belongs to a field: all of them to one that takes text, to a slider those that move it.
+ * @param {Pick<KeyboardEvent, "code" | "target">} event
+ */
+function typing({ code, target }) {
+  const { tagName, type = "" } = /** @type {Partial<HTMLInputElement>} */ (target ?? {});
+  if (type === "range") return /^(Arrow|Page|Home|End)/.test(code);
+  return tagName === "SELECT" || tagName === "TEXTAREA" || (tagName === "INPUT" && !["checkbox", "button"].includes(type));
 }
