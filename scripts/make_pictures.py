@@ -1,12 +1,12 @@
 """Make the pictures of the docs: the real page in Chromium, with the shipped head.
 
-    python scripts/make_pictures.py [--out DIR]
+    python scripts/make_pictures.py [--out DIR] [--only head|colon]
 
-Needs the test tools (`python3 scripts/test.py --setup-only`) and a browser, as the browser tests do. The shipped plan
-is rehearsed as described in docs/rehearsal_tutorial.md, the head is registered as in docs/registration_tutorial.md,
-then written as a folder of DICOM slices and used for a plan as in docs/planning_tutorial.md, with the names in these
-texts; a name that is not on the page ends the script with an error. The libraries of 3D Slicer draw what is exported
-for it. Takes some minutes.
+Needs the test tools (`python3 scripts/test.py --setup-only`) and a browser, as the browser tests do. The shipped colon
+is driven through as described in docs/colonoscopy_tutorial.md, the shipped plan is rehearsed as in
+docs/rehearsal_tutorial.md, the head is registered as in docs/registration_tutorial.md, then written as a folder of
+DICOM slices and used for a plan as in docs/planning_tutorial.md, with the names in these texts; a name that is not on
+the page ends the script with an error. The libraries of 3D Slicer draw what is exported for it. Takes some minutes.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "browser")]
 
 from workstation import TOKEN, Planner, Rest, Workstation, launch  # noqa: E402
 
-from pictures import registration, rehearsal, sample_plan, tutorial  # noqa: E402
+from pictures import colonoscopy, registration, rehearsal, sample_plan, tutorial  # noqa: E402
 from pictures.album import Album  # noqa: E402
 from pictures.dicom_folder import write_dicom_folder  # noqa: E402
 from pictures.named_page import NamedPage  # noqa: E402
@@ -37,7 +37,9 @@ def main() -> None:
     """Start a planner with an empty home, make all pictures, and stop it."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "images", help="folder to write to")
-    album = Album(parser.parse_args().out)
+    parser.add_argument("--only", choices=("head", "colon"), help="the pictures of one of them alone")
+    args = parser.parse_args()
+    album = Album(args.out)
     with tempfile.TemporaryDirectory() as name:
         work = Path(name)
         folder = write_dicom_folder(load_head_ct(), work / "dicom")
@@ -50,7 +52,13 @@ def main() -> None:
                 station = Workstation(context.new_page(), work)
                 station.page.goto(f"{planner.base}/?token={TOKEN}")
                 with Rest(planner.base, TOKEN).client as client:
-                    walk(NamedPage(station.ready(), album), client, folder, work)
+                    page = NamedPage(station.ready(), album)
+                    if args.only != "head":
+                        walk_colon(page)
+                    if args.only != "colon":
+                        walk(page, client, folder, work)
+                    if station.errors:
+                        raise AssertionError(f"the page reported {station.errors}")
                 browser.close()
         finally:
             planner.stop()
@@ -81,8 +89,18 @@ def walk(page: NamedPage, client: httpx.Client, folder: Path, work: Path) -> Non
     tutorial.name_a_version(page)
     tutorial.rehearse(page)
     tutorial.compare_and_export(page, work)
-    if page.station.errors:
-        raise AssertionError(f"the page reported {page.station.errors}")
+
+
+def walk_colon(page: NamedPage) -> None:
+    """Make the pictures of the colon, and open the head again."""
+    colonoscopy.open_the_colon(page)
+    colonoscopy.read_the_route(page)
+    colonoscopy.drive(page)
+    colonoscopy.end_and_review(page)
+    page.go_to("Patient")
+    page.page.locator("#cases .row-main", has_text="Head phantom").click()
+    page.wait("the head", lambda: (page.station.state("case") or {}).get("kind") == "head")
+    page.press("3D + slices")
 
 
 if __name__ == "__main__":

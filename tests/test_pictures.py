@@ -14,7 +14,8 @@ from vfix_engine.files.volume import Volume
 
 ROOT = Path(__file__).resolve().parent.parent
 IMAGES = ROOT / "docs" / "images"
-TUTORIALS = {name: (ROOT / "docs" / f"{name}_tutorial.md").read_text("utf-8") for name in ("planning", "registration")}
+NAMES = ("planning", "registration", "colonoscopy")
+TUTORIALS = {name: (ROOT / "docs" / f"{name}_tutorial.md").read_text("utf-8") for name in NAMES}
 OF_TUTORIALS = {file for name, text in TUTORIALS.items() for file in re.findall(rf"images/({name}_\w+)\.png", text)}
 OF_THE_PAGE = sorted({*OF_TUTORIALS, "plan"})
 
@@ -35,11 +36,11 @@ def test_a_picture_is_there_small_and_made_by_the_script(name: str) -> None:
 
 
 def test_the_tutorial_shows_every_picture_that_is_made_for_it() -> None:
-    assert {word for word in WORDS if re.fullmatch(r"(planning|registration)_\w+", word)} == OF_TUTORIALS
+    assert {word for word in WORDS if re.fullmatch(rf"({'|'.join(NAMES)})_\w+", word)} == OF_TUTORIALS
     assert {file.stem for name in TUTORIALS for file in IMAGES.glob(f"{name}_*")} == OF_TUTORIALS
 
 
-@pytest.mark.parametrize(("name", "least"), [("planning", 30), ("registration", 12)])
+@pytest.mark.parametrize(("name", "least"), [("planning", 30), ("registration", 12), ("colonoscopy", 12)])
 def test_what_the_tutorial_quotes_is_used_on_the_page(name: str, least: int) -> None:
     """Names of controls are in italics, words of the page in quotation marks, places in the form that is typed."""
     quoted = {*re.findall(r"(?<!\*)\*([^*\n]+)\*(?!\*)", TUTORIALS[name]), *re.findall(r"‘([^’\n]+)’", TUTORIALS[name])}
