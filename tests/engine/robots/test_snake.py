@@ -6,15 +6,17 @@ from dataclasses import FrozenInstanceError
 import numpy as np
 import pinocchio as pin
 import pytest
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from vfix_engine.errors import RobotError
+from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.robots import SnakeModel
 from vfix_engine.robots.snake_kernel import aim, snake_frames, snake_jacobian
-from vfix_engine.robots.snake_surface import link_vertices
+from vfix_engine.robots.snake_surface import link_vertices, mesh_vertices
 
 BASE = np.eye(4)
 BASE[:3, :3] = Rotation.from_euler("xyz", [0.4, -1.1, 2.0]).as_matrix()
@@ -178,6 +180,31 @@ def test_vertices_are_on_the_union_and_leave_no_hole(radius: float, sphere: floa
     tree = cKDTree(points)
     assert max(tree.query(barrel)[0].max(), tree.query(globe)[0].max()) < 1.05 * spacing  # largest empty cap
     assert tree.query(points, k=2)[0][:, 1].min() > 0.65 * spacing  # and no two on one heap
+
+
+@pytest.mark.parametrize("count", [5, 101, 503])
+def test_vertices_of_a_mesh_cover_it_evenly(count: int) -> None:
+    """Of a square tube, whose few large triangles have no vertex of their own where most of its surface is."""
+    solid = trimesh.creation.box((10.0, 12.0, 28.0), trimesh.transformations.translation_matrix((0.0, 0.0, -14.0)))
+    mesh = TriangleMesh(np.asarray(solid.vertices), np.asarray(solid.faces))
+    points, start = mesh_vertices(mesh, 5, count)
+    assert (len(points), start[-1]) == (count, count)
+    assert set(np.diff(start)) <= {count // 5, count // 5 + 1}
+    one = points[: start[1]]
+    outside = np.abs(one - [0.0, 0.0, -14.0]) - [5.0, 6.0, 14.0]
+    np.testing.assert_allclose(outside.max(axis=1), 0.0, atol=1e-9)  # on a face of the tube
+    spacing = math.sqrt(solid.area / len(one))
+    assert cKDTree(one).query(solid.sample(20_000, seed=count))[0].max() < 1.05 * spacing
+    if len(one) > 1:
+        assert cKDTree(one).query(one, k=2)[0][:, 1].min() > 0.65 * spacing
+    np.testing.assert_array_equal(points[start[-2] :][: len(one)], one)  # the first ones of more
+    assert one[0, 2] == pytest.approx(0.0)  # the foremost
+
+
+def test_vertices_of_no_surface_are_refused() -> None:
+    flat = TriangleMesh(np.zeros((3, 3)), np.array([[0, 1, 2]]))
+    with pytest.raises(RobotError, match="no area"):
+        mesh_vertices(flat, 1, 10)
 
 
 def test_vertices_of_a_bent_snake_close_its_joints() -> None:
