@@ -142,7 +142,7 @@ def attach(args: argparse.Namespace, progress: Progress) -> int:
     """Score a recorded run, and make it the trial of a subject. Raises InputError for a run of another condition."""
     study, results = _opened(args)
     turns = _of_people(study, args.subject)[args.subject]
-    done = _done(study, results, {args.subject: turns})
+    done = _done(study, results, _of_people(study, None))
     if args.position is None:
         turn = next((one for one in turns if one.name not in done), None)
         if turn is None:
@@ -155,7 +155,7 @@ def attach(args: argparse.Namespace, progress: Progress) -> int:
     found = find_run(services, args.run)
     for name, record in done.items():
         if record.run == _known_as(found) and name != turn.name:
-            raise InputError(f"the run {found.name!r:.80} is trial {name.trial + 1} of {args.subject} already")
+            raise InputError(f"the run {found.name!r:.80} is trial {name.trial + 1} of {name.subject} already")
     expected = specs_of(services, study, [turn.name.condition])[turn.name.condition]
     record = _record_of(study, turn.name, found, expected)
     results.write(record)
@@ -178,7 +178,7 @@ def _record_of(study: StudyFile, name: TrialName, found: FoundRun, expected: Any
         wrong.append(f"its path is not that of the plan {condition.plan}")
     elif tool_parts(scene.tool_itself()) != tool_parts(expected.scene.tool_itself()):
         wrong.append(f"its tool is {scene.tool_itself().name}, another one than the trial's")
-    elif (scene.printed is None) != (expected.scene.printed is None):
+    elif scene.printed != expected.scene.printed:
         wrong.append(f"its program is not that of the arm {condition.arm}")
     if wrong:
         raise InputError(f"the run {found.name!r:.80} is not of this trial: {'; '.join(wrong)}")

@@ -17,6 +17,7 @@ from app.store import Store
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.runtime.requests import Note
 from vfix_engine.runtime.run import TICKS, Run
 from vfix_engine.runtime.system import SystemSpec
 from vfix_engine.study.holds import holds_of
@@ -96,10 +97,11 @@ class RunScores:
         with self._runs.laid_out(run.id) as place:
             read = Run.read(place)
         spec = spec_of(read)
-        in_lumen = _in_lumen(read)
-        score = _lumen_score(read, spec, self._wall_of(run.case_id)) if in_lumen else _rigid_score(read, spec)
+        wall = self._wall_of(run.case_id) if _in_lumen(read) else None
+        score = _lumen_score(read, spec, wall) if _in_lumen(read) else _rigid_score(read, spec)
         score = json.loads(json.dumps(score, allow_nan=False))  # as it is read again
-        if self._store.writable:
+        lacking = wall is None and any(isinstance(event.content, Note) for event in read.events)
+        if self._store.writable and not lacking:  # a task is scored once the case with its wall is there again
             sealed = _sealed(score)
             self._store.derived.put(run.files[TICKS].sha256, score_file(run), lambda file: file.write(sealed))
         return dict(score)

@@ -62,7 +62,8 @@ def _possible(route: Route) -> Route:
     for contour in route.contours:
         if contour.radii_mm or not contour.of_fit:
             check_radii(contour.radii_mm)
-    hand_contours(route.contours)
+    if route.contours:
+        hand_contours(route.contours)  # slow to load
     if len({mark.id for mark in route.marks}) < len(route.marks):
         raise InputError("two polyps or labels of the route have the same id.")
     return route

@@ -62,5 +62,6 @@ def seeded_places(mesh: TriangleMesh, curve: Curve, count: int, seed: int) -> Ar
                 found.append(points[near] + distance * across)
                 break
         else:
-            raise InputError(f"no wall is seen between {part} and {part + 1} tenths of the way; is the surface closed?")
+            a, b = (round(number * curve.length / count) for number in (part, part + 1))
+            raise InputError(f"no wall is seen between {a} and {b} mm of the way; is the surface closed?")
     return np.array(found)

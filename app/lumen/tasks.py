@@ -12,6 +12,7 @@ from app.kit.errors import NotFound
 from app.lumen.document import Route, StoredRoute
 from app.lumen.paths import RoutePath, RoutePaths
 from app.lumen.views import RouteViews
+from app.store.errors import StorageError
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -56,9 +57,9 @@ class RouteTasks:
         """The wall of a lumen's case; None of another case, or of one that is gone."""
         try:
             case = None if case_id is None else self._cases.get(case_id)
-        except NotFound:
+            return self.wall(case.id) if case is not None and case.kind == "lumen" else None
+        except (NotFound, StorageError):
             return None
-        return self.wall(case.id) if case is not None and case.kind == "lumen" else None
 
     def polyps(self, route: StoredRoute, choice: TaskChoice) -> PolypTask:
         """The task of a route; drawn polyps wait for the search of what the robot can view, minutes in a whole colon.

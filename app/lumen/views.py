@@ -61,6 +61,10 @@ class RouteViews:
             same=self._paths.key(route),
         )  # fmt: skip
 
+    def cancel(self, job_id: str) -> None:
+        """End a job that nobody wants the result of; whoever waits for it is told that it was cancelled."""
+        self._jobs.cancel(job_id)
+
     def wait(self, route: StoredRoute) -> WallViews:
         """The same, as a job where it is not known. Raises VfixError where there is none."""
         if (known := self.known(route)) is not None:

@@ -142,8 +142,8 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
         self.read()
 
     def reset(self, drive: SharedDrive[PreparedSnake, SnakeSnapshot]) -> None:
-        """Back to the entry; a task ends with its run."""
-        if self.options.task is None:
+        """Back to the entry; a task ends with its run, but is taken along to a route that has changed."""
+        if self.options.task is None or self.changed:
             super().reset(drive)
         else:
             self._choose(replace(self.options, task=None))

@@ -47,7 +47,9 @@ class ContourHand:
         before = None if self.chosen is None or self._edited is None else (self.chosen, len(self._edited.of_hand))
         self._document, self._key = document, key
         try:
-            self._edited = None if document is None else self._paths.edited(document)
+            self._edited = (
+                path.edited if path is not None else None if document is None else self._paths.edited(document)
+            )
         except VfixError:
             self._edited = None  # the pathway's state says why
         if before is not None and self._edited is not None and len(self._edited.of_hand) == before[1]:

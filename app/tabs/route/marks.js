@@ -18,6 +18,7 @@ export class MarksPart {
     this.element = h("div", { class: "fields" });
     this.roving = rovingRows(this.element);
     this.seed = "1";
+    this.fitted = false; // the pathway is known, in whose tenths polyps are put
   }
 
   /** What the folded part says of itself. @param {RouteSection | null | undefined} route */
@@ -27,8 +28,12 @@ export class MarksPart {
     return { words: words.filter(Boolean).join(", "), mark: /** @type {const} */ ("") };
   }
 
-  /** @param {RouteSection | null | undefined} route */
-  update(route) {
+  /**
+   * @param {RouteSection | null | undefined} route
+   * @param {boolean} fitted whether its pathway is known
+   */
+  update(route, fitted) {
+    this.fitted = fitted;
     if (!route) {
       draw(this.element, html``);
       return;
@@ -37,7 +42,7 @@ export class MarksPart {
       @click=${() => this.connection.send("route.pick", { what: route.picking === what ? "" : what })}>${words}</button>`;
     draw(this.element, html`<div class="buttons even">${pick("polyp", "Click polyps")}${pick("label", "Click labels")}</div>
       <div class="buttons even"><input type="text" inputmode="numeric" id="polyp-seed" aria-label="Seed" title=${SEED_HELP} ?disabled=${route.locked} .value=${this.seed} @change=${this.typed}>
-        <button type="button" id="seed-polyps" data-operation="route.mark.seed" title=${SEED_HELP} ?disabled=${route.locked} @click=${this.seeded}>Polyps by seed</button></div>
+        <button type="button" id="seed-polyps" data-operation="route.mark.seed" title=${SEED_HELP} ?disabled=${route.locked || !this.fitted} @click=${this.seeded}>Polyps by seed</button></div>
       <ul class="list plain-rows" id="marks" aria-label="Polyps and labels" ?hidden=${!route.marks.length}>${repeat(route.marks, ({ id }) => id, (mark) => this.row(mark, route))}</ul>`);
     this.roving.update();
   }

@@ -52,7 +52,7 @@ export default class RoutePanel {
     this.plot.update(path, contours);
     this.views.update(path?.state === "ready" ? views : undefined);
     this.contours.update(contours, route);
-    this.marks.update(route);
+    this.marks.update(route, path?.state === "ready");
     this.parts.element.hidden = !route;
     this.parts.show({ contours: ContourPart.line(contours), marks: MarksPart.line(route) });
   }

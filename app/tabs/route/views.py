@@ -24,6 +24,7 @@ class ViewHand:
         self._route: StoredRoute | None = None
         self._found: WallViews | None = None
         self._state, self._words = "none", ""
+        self._job = ""  # that goes on for this client
         self.shown = True
 
     def read(self, route: StoredRoute | None, key: str) -> None:
@@ -32,6 +33,8 @@ class ViewHand:
             return
         self._key, self._route = key, route if key else None
         self._latest.drop()
+        if self._state == "computing" and self._job:
+            self._views.cancel(self._job)  # of a robot or pathway that the route does not have any more
         self._found = None if self._route is None else self._views.known(self._route)
         self._state, self._words = "none" if self._found is None else "ready", ""
 
@@ -41,6 +44,7 @@ class ViewHand:
         if route is None or self._state in ("computing", "ready"):
             return
         self._state, self._words = "computing", ""
+        self._job = self._views.start(route).id
 
         def find(run: BackgroundTask) -> WallViews:
             return self._views.wait(route)

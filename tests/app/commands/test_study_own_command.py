@@ -104,6 +104,8 @@ def _attach(home: Path, file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*attach, "--position", str(turns["freehand"])]) == 0  # again: it replaces itself
     assert main([*attach]) == 2
     assert "already" in capsys.readouterr().err
+    assert main([*attach[:-1], "P02"]) == 2
+    assert "of P01 already" in capsys.readouterr().err
 
 
 def _check_files(results: Path, found: dict[str, Any]) -> None:

@@ -58,5 +58,5 @@ def test_ten_polyps_by_seed_lie_on_the_wall_one_in_each_tenth(client: Client, ph
 
 def test_a_way_outside_the_lumen_has_no_polyps_by_seed() -> None:
     outside = Curve.through(np.array([[300.0, 0.0, 0.0], [300.0, 0.0, 100.0]]))
-    with pytest.raises(InputError, match="no wall is seen between 0 and 1 tenths"):
+    with pytest.raises(InputError, match="no wall is seen between 0 and 10 mm"):
         seeded_places(tube_mesh(), outside, 10, 1)
