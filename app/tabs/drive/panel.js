@@ -3,6 +3,7 @@ import { h } from "/static/js/dom.js";
 import { DEVICES, HandDevices } from "/static/js/devices/hand-devices.js";
 import { EndCard } from "/static/js/end-card.js";
 import { fixed } from "/static/js/format.js";
+import { ownsSpace } from "/static/js/keys.js";
 import { ENLARGE, LAID_OUT } from "/static/js/layout.js";
 import { draw, hintLine, html, live, nothing, said, titled } from "/static/js/template.js";
 import { forceSound } from "/static/js/endoscope/force-sound.js";
@@ -79,14 +80,14 @@ export default class DrivePanel {
   }
 
   /**
-   * Space pauses, J changes the joint of a manual hand.
+   * Space pauses, unless a control has it; J changes the joint of a manual hand, by the window that drives.
    * @param {KeyboardEvent} event
    */
   key(event) {
     const { step, rehearsal, snake } = this.connection.state;
-    if (step?.name !== "drive" || rehearsal?.state !== "running" || event.ctrlKey || event.metaKey || event.altKey) return false;
-    if (event.code === "Space") this.connection.send("rehearsal.pause");
-    else if (event.code === "KeyJ" && snake?.arm === "manual") this.connection.send("drive.joint", { joint: snake.joint === 1 ? 2 : 1 });
+    if (step?.name !== "drive" || rehearsal?.state !== "running" || event.repeat || event.ctrlKey || event.metaKey || event.altKey) return false;
+    if (event.code === "Space" && !ownsSpace(event)) this.connection.send("rehearsal.pause");
+    else if (event.code === "KeyJ" && rehearsal.mine && snake?.arm === "manual") this.connection.send("drive.joint", { joint: snake.joint === 1 ? 2 : 1 });
     else return false;
     return true;
   }
