@@ -1,6 +1,7 @@
 // The task of a drive: chosen before it starts, and how far it is while it is driven.
 import { fixed } from "/static/js/format.js";
-import { hintLine, html, nothing, said, titled, unlessFocused } from "/static/js/template.js";
+import { NumberFields } from "/static/js/number-fields.js";
+import { hintLine, html, nothing, said, titled } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { DriveTaskView, TaskNowView } from "/static/js/types.js" */
@@ -10,6 +11,8 @@ const HELP = "Study I of Kwok 2013, with the arm that is chosen above. A polyp c
   + "The polyps are drawn by the seed where this robot can view them: the first search takes minutes. Reset or Cancel ends the task.";
 /** @type {[NonNullable<DriveTaskView["task"]> | null, string][]} */
 const TASKS = [[null, "None"], ["polyps", "Polyps"]];
+const MOST_SEED = 2 ** 31 - 1;
+const fields = new NumberFields();
 
 /**
  * @param {Connection} connection
@@ -54,8 +57,8 @@ function progress(now) {
  */
 function choice({ places, seed, marks, open }, send) {
   const place = (/** @type {Event} */ { currentTarget }) => send({ places: /** @type {DriveTaskView["places"]} */ (/** @type {HTMLSelectElement} */ (currentTarget).value) });
-  const reseed = (/** @type {Event} */ { currentTarget }) => send({ seed: Math.max(0, Math.round(Number(/** @type {HTMLInputElement} */ (currentTarget).value)) || 0) });
+  const input = () => fields.of("task-seed", { low: 0, high: MOST_SEED, value: seed, off: !open, changed: (value) => send({ seed: Math.round(value) }) }, { inputmode: "numeric" });
   return html`${marks || places === "route" ? html`<div class="beside"><span class="words">Polyps</span><select id="task-places" aria-label="Polyps" ?disabled=${!open} .value=${places} @change=${place}>
       <option value="seed" ?selected=${places === "seed"}>Drawn by seed</option><option value="route" ?selected=${places === "route"}>${`Of the route: ${marks}`}</option></select></div>` : nothing}
-    ${places === "seed" ? html`<label class="beside"><span class="words">Seed</span><input type="text" inputmode="numeric" id="task-seed" ?disabled=${!open} .value=${unlessFocused(String(seed))} @change=${reseed}></label>` : nothing}`;
+    ${places === "seed" ? html`<div class="field"><label class="beside"><span class="words">Seed</span>${input()}</label></div>` : nothing}`;
 }
