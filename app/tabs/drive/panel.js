@@ -33,7 +33,7 @@ export default class DrivePanel {
     this.status = new SnakeStatus();
     this.devices = new HandDevices(keys, (axes) => connection.send("axes", snakeAxes(axes, this.devices.kind, this.devices.spaceMouse.pressed)));
     this.layout = "";
-    this.endCard = new EndCard(connection, undefined, ({ route }) => route);
+    this.endCard = new EndCard(connection, undefined, ({ route }) => route, "robot");
     this.taskDone = false;
     this.element = h("div", {});
     window.addEventListener(LAID_OUT, (event) => {
@@ -133,10 +133,11 @@ export default class DrivePanel {
   }
 
   device() {
-    const { devices } = this;
+    const { devices } = this, ask = devices.kind === "space-mouse" && devices.spaceMouse.askable;
     return html`<div class="segmented devices" role="group" aria-label="Device">${DEVICES.map((kind) => html`<button type="button" data-device=${kind}
       aria-pressed=${String(kind === devices.kind)} @click=${() => devices.choose(kind)}>${NAMES[kind]}</button>`)}</div>
-      <p class="words" ?hidden=${!devices.source?.trouble}>${said(devices.source?.trouble ?? "")}</p>`;
+      <p class="words" ?hidden=${!devices.source?.trouble}>${said(devices.source?.trouble ?? "")}</p>
+      ${ask ? html`<button type="button" class="wide" id="connect-device" @click=${() => devices.spaceMouse.ask()}>Connect SpaceMouse</button>` : nothing}`;
   }
 
   /** @param {SnakeView | null | undefined} snake */

@@ -29,7 +29,7 @@ export function taskGroup(connection, task) {
   return titled("Task", cancel, html`
     <div class="segmented devices" role="group" aria-label="Task">${TASKS.map(([name, label]) => html`<button type="button" data-task=${name ?? "none"}
       aria-pressed=${String(name === task.task)} ?disabled=${!task.open} @click=${() => { if (name !== task.task) send({ task: name }); }}>${label}</button>`)}</div>
-    ${task.task ? html`${instructions(now)}${now ? progress(now) : nothing}${choice(task, send)}` : nothing}`);
+    ${task.task ? html`${instructions(now)}${drawnFrom(now)}${now ? progress(now) : nothing}${choice(task, send)}` : nothing}`);
 }
 
 /** @param {TaskNowView | null} now */
@@ -38,6 +38,12 @@ function instructions(now) {
   return html`<p class="words">Insert the robot and find the blue polyps.</p>
     <p class="words">Hold each in the frame, 15 mm away, until it disappears.</p>
     ${hintLine("task-end", `The task ends ${end}.`, HELP)}`;
+}
+
+/** Where the polyps of this drive were drawn. @param {TaskNowView | null} now */
+function drawnFrom(now) {
+  if (now === null || now.viewable_share === null) return nothing;
+  return html`<p class="words" id="task-drawn">Drawn from the viewable ${fixed(100 * now.viewable_share, 0)} % of the wall.</p>`;
 }
 
 /** @param {TaskNowView} now */
