@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
@@ -61,13 +62,16 @@ class RouteTasks:
         except (NotFound, StorageError):
             return None
 
-    def polyps(self, route: StoredRoute, choice: TaskChoice) -> PolypTask:
+    def polyps(
+        self, route: StoredRoute, choice: TaskChoice, heard: Callable[[float], object] = lambda share: None
+    ) -> PolypTask:
         """The task of a route; drawn polyps wait for the search of what the robot can view, minutes in a whole colon.
 
+        heard: called with the share of that search that is done.
         Raises VfixError where the route leads nowhere, and InputError where no polyp can be placed.
         """
         path = self._paths.wait(route)
-        task = self._of_route(route, path) if choice.places == "route" else self._drawn(route, path, choice)
+        task = self._of_route(route, path) if choice.places == "route" else self._drawn(route, path, choice, heard)
         return replace(task, hold_s=choice.hold_s)
 
     def _of_route(self, route: StoredRoute, path: RoutePath) -> PolypTask:
@@ -80,11 +84,13 @@ class RouteTasks:
         curve = driven_curve(path.lumen.pathway, path.lumen.curve)
         return polyps_at(at, self.wall(route.case_id), curve, self._landmarks(route), path.reach.depth_mm)
 
-    def _drawn(self, route: StoredRoute, path: RoutePath, choice: TaskChoice) -> PolypTask:
+    def _drawn(
+        self, route: StoredRoute, path: RoutePath, choice: TaskChoice, heard: Callable[[float], object]
+    ) -> PolypTask:
         from vfix_engine.snake.conform.conforming import driven_curve
         from vfix_engine.study.polyps.world import polyps_in
 
-        found = self._views.wait(route).found
+        found = self._views.wait(route, heard).found
         curve = driven_curve(path.lumen.pathway, path.lumen.curve)
         bending_mm = path.settings.manipulated * path.snake.length_mm
         wall, marks = self.wall(route.case_id), self._landmarks(route)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from app.cases.service import CaseService
 from app.kit.cache import Cache
-from app.kit.jobs import Job, Jobs, Progress
+from app.kit.jobs import ENDED, Job, Jobs, Progress
 from app.lumen.document import StoredRoute
 from app.lumen.paths import RoutePaths
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -18,6 +19,7 @@ if TYPE_CHECKING:  # slow to load, as in `paths`
     from vfix_engine.worlds.snake.viewable import Viewable
 
 KEPT = 4  # routes whose views stay in memory
+LOOK_S = 0.5  # between two looks at how far the search is
 STAGE = "Searching views of the wall"
 
 
@@ -65,13 +67,19 @@ class RouteViews:
         """End a job that nobody wants the result of; whoever waits for it is told that it was cancelled."""
         self._jobs.cancel(job_id)
 
-    def wait(self, route: StoredRoute) -> WallViews:
-        """The same, as a job where it is not known. Raises VfixError where there is none."""
+    def wait(self, route: StoredRoute, heard: Callable[[float], object] = lambda share: None) -> WallViews:
+        """The same, as a job where it is not known. Raises VfixError where there is none.
+
+        heard: called with the share of the search that is done.
+        """
         if (known := self.known(route)) is not None:
             return known
-        ended = self._jobs.wait(self.start(route).id)
-        if ended.error is not None:
-            raise ended.error
+        job = self.start(route)
+        while job.state not in ENDED:
+            heard(job.fraction)
+            job = self._jobs.wait(job.id, LOOK_S)
+        if job.error is not None:
+            raise job.error
         return self._known.get(self._paths.key(route), lambda: self._make(route, None))
 
     def _make(self, route: StoredRoute, progress: Progress | None) -> WallViews:

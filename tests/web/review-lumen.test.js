@@ -9,6 +9,7 @@ const { robotAt } = await import("../../app/tabs/review/curves.js");
 const { contentsOf } = await import("../../app/tabs/review/plots.js");
 const { heldWords, lumenContents } = await import("../../app/tabs/review/lumen-plots.js");
 const { lumenFigures } = await import("../../app/tabs/review/lumen-figures.js");
+const { CompareTable } = await import("../../app/tabs/review/compare.js");
 const { drivenOf, viewOf, withScore } = await import("../../app/web/js/run-views.js");
 const { drivenAs } = await import("../../app/web/js/runs.js");
 
@@ -57,7 +58,7 @@ test("a score is said in rows, the task's last; what is beyond a bound stands ou
   const facts = Object.fromEntries(viewOf(SCORE).facts(SCORE).map(({ name, value, worse }) => [name, worse ? `${value}!` : value]));
   assert.deepEqual(facts, {
     Time: "1:01 min", Depth: "412 mm", "Share of the lumen": "50 %", "Time in": "40.0 s", Withdrawal: "not drawn out", Deviations: "3, 2.5 s", "Deviation, largest": "6.3 mm",
-    "Nearest to its bound": "7.0 mm", "Beyond bound": "1.3 mm!", "Path of the tip": "500 mm", "Hand force, mean": "0.25 N", "Hand force, largest": "3.0 N", Held: "1.0 s",
+    "Deviation nearest to a bound": "7.0 mm", "Beyond bound": "1.3 mm!", "Path of the tip": "500 mm", "Hand force, mean": "0.25 N", "Hand force, largest": "3.0 N", Held: "1.0 s",
     "Polyps cleared": "7 of 10!",
   });
   assert.equal(viewOf(SCORE).facts({ ...SCORE, beyond_bound_mm: 0, task: null }).find(({ name }) => name === "Beyond bound")?.value, "0 mm");
@@ -68,6 +69,26 @@ test("runs are compared by the same rows, and by those of a task that any of the
   assert.equal(value("Polyps cleared", SCORE), 7);
   assert.equal(value("Polyps cleared", { ...SCORE, task: null }), null);
   assert.equal(value("Deviation, largest", { ...SCORE, deviation: null }), null);
+  const said = viewOf(SCORE).facts({ ...SCORE, withdrawal_s: 9 }).map(({ name }) => name), compared = rows.map(({ name }) => name);
+  assert.deepEqual(said.filter((name) => name !== "Deviations" && !compared.includes(name)), [], "the table has the rows of the card");
+});
+
+test("more of what is bad is marked, and a longer withdrawal is not", () => {
+  const marked = (/** @type {any} */ first, /** @type {any} */ second) => {
+    const scored = [first, second].map((changed) => /** @type {any} */ ({ run: {}, score: { ...SCORE, withdrawal_s: 60, ...changed } }));
+    return lumenFigures([SCORE]).filter((figure) => String(new CompareTable().row(figure, scored)).includes("worse")).map(({ name }) => name);
+  };
+  assert.deepEqual(marked({}, { time_s: 99, depth_mm: 500 }), ["Time"]);
+  assert.deepEqual(marked({}, { depth_mm: 300 }), ["Depth"]);
+  assert.deepEqual([marked({}, { withdrawal_s: 400 }), marked({}, { withdrawal_s: 30 })], [[], []]);
+});
+
+test("arms are compared over the routes on which both came to their end, that of the task where there is one", () => {
+  const run = (/** @type {string} */ arm, /** @type {number} */ route) => /** @type {any} */ (withScore({ world: "snake", arm, mode: null, plan_id: `${route}`, score: null },
+    { ...SCORE, arm, task: { ...SCORE.task, completed: true } }));
+  const runs = [0, 1, 2].flatMap((route) => [run("manual", route), run("guided", route)]), line = (/** @type {any[]} */ known) => String(new CompareTable().pairs([{ run: known[0], score: SCORE }, { run: known[1], score: SCORE }], known));
+  assert.match(line(runs), /Time 0.0 ± 0.0 s of 3 routes driven both ways/);
+  assert.match(line(runs.slice(0, 2)), /need three routes driven both ways; there is one\./);
 });
 
 test("a run is said by its arm, and a list has its short score", () => {
@@ -76,6 +97,8 @@ test("a run is said by its arm, and a list has its short score", () => {
   assert.deepEqual([drivenAs({ mode: null, arm: "guided" }), drivenAs({ mode: "hands-on", arm: null }), drivenAs({})], ["guided", "hands-on", null]);
   const run = withScore({ world: "snake", score: null }, SCORE);
   assert.deepEqual(run.score, { certified: false, completed: false, time_s: 61, depth_mm: 412.4, deviation_mm: 7, beyond_bound_mm: 1.26, held_s: 1 });
-  assert.equal(viewOf(run).short(run.score), "412 mm, 7.0 off");
+  assert.equal(withScore({ world: "snake", score: null }, { ...SCORE, task: null, completed: true }).score?.completed, true);
+  assert.equal(withScore({ world: "snake", score: null }, { ...SCORE, task: { ...SCORE.task, completed: true } }).score?.completed, true, "its task ends before the way does");
+  assert.equal(viewOf(run).short(run.score), "412 mm, deviation 7.0 mm");
   assert.equal(viewOf(run).brief(run.score), "1:01 min, 412 mm");
 });

@@ -1,7 +1,7 @@
 // Who keeps the robot in its pathway: the three arms, a paper's parameters, and the values of single links.
-import { numberOf } from "/static/js/fields.js";
 import { fixed } from "/static/js/format.js";
-import { hintLine, html, nothing, titled, unlessFocused } from "/static/js/template.js";
+import { NumberFields } from "/static/js/number-fields.js";
+import { hintLine, html, nothing, titled } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { Commands, DriveOptionsView, LinkValuesView, SnakeView } from "/static/js/types.js" */
@@ -31,6 +31,8 @@ const LINKS_HELP = "b: how far the link may leave its pathway; empty: by the rou
   + "k: how hard it pulls. Kwok 2013, (17) and (33), Table II. Another value ends the run.";
 /** @type {[keyof LinkValuesView, string, string, string][]} field, sign, unit, spoken */
 const COLUMNS = [["bound_mm", "b", "mm", "Bound"], ["threshold_mm", "a", "mm", "Threshold"], ["spring_n_per_mm", "k", "N/mm", "Spring"]];
+const LEAST_BOUND_MM = 0.1, MOST = 50; // of the values that a drive takes
+const fields = new NumberFields();
 
 /**
  * @param {Connection} connection
@@ -51,7 +53,7 @@ export function controlGroup(connection, options, snake, running) {
     ${hintLine("arm-words", arm === "certified" ? certifiedWords(snake) : WORDS[arm], arm === "certified" ? `${BEHIND_HELP} ${HELP}` : HELP)}
     ${arm === "certified" ? nothing : html`<p class="words uncertified" id="uncertified" role="status">${WITHOUT}</p>`}
     ${arm === "manual" ? joints(connection, snake, running) : nothing}
-    ${arm === "guided" && snake?.yield_mm_per_s_per_n ? html`<p class="words" id="yield-words">Pull yields by ${fixed(snake.yield_mm_per_s_per_n, 0)} mm/s per N, assumed.</p>` : nothing}
+    ${arm === "guided" && snake?.yield_mm_per_s_per_n ? html`<p class="words" id="yield-words">Each newton of guidance moves your pull by ${fixed(snake.yield_mm_per_s_per_n, 0)} mm/s, assumed.</p>` : nothing}
     <div class="beside">${hintLine("preset-words", "Parameters", PRESET_HELP)}
       <select id="drive-preset" aria-label="Parameters" ?disabled=${!open} .value=${preset ?? ""} @change=${choose}>
         ${PRESETS.map(([name, label]) => html`<option value=${name} ?selected=${name === (preset ?? "")}>${label}</option>`)}</select></div>
@@ -83,17 +85,14 @@ function joints(connection, snake, running) {
  * @param {DriveOptionsView} options
  */
 function linkTable(connection, { links, open }) {
-  const changed = (/** @type {number} */ row, /** @type {keyof LinkValuesView} */ name) => (/** @type {Event} */ { currentTarget }) => {
-    const { value } = /** @type {HTMLInputElement} */ (currentTarget);
-    const next = links.map((link) => ({ ...link }));
-    next[row] = { ...next[row], [name]: value.trim() === "" ? null : numberOf(value) };
-    connection.send("drive.links", linkValues(next));
+  const input = (/** @type {number} */ row, /** @type {keyof LinkValuesView} */ name, /** @type {string} */ spoken) => {
+    const bound = name === "bound_mm", changed = (/** @type {number | null} */ value) => connection.send("drive.links", linkValues(links.map((link, at) => (at === row ? { ...link, [name]: value } : link))));
+    return fields.of(`link-${row + 1}-${name}`, { low: bound ? LEAST_BOUND_MM : 0, high: MOST, value: links[row][name], off: !open, changed, emptied: bound ? () => changed(null) : undefined },
+      { "data-value": name, "aria-label": `${spoken}, ${nameOf(row, links.length)}`, ...(bound ? { placeholder: "auto" } : {}) });
   };
-  return html`${hintLine("links-words", "The five distal links.", LINKS_HELP)}<table class="link-values">
+  return html`${hintLine("links-words", "The five distal links.", LINKS_HELP)}<div class="field"><table class="link-values">
     <thead><tr><th scope="col">Link</th>${COLUMNS.map(([, sign, unit]) => html`<th scope="col"><i>${sign}</i> <span class="unit">${unit}</span></th>`)}</tr></thead>
-    <tbody>${links.map((link, row) => html`<tr><th scope="row">${nameOf(row, links.length)}</th>${COLUMNS.map(([name, , , spoken]) => html`<td><input type="text" inputmode="decimal"
-      data-value=${name} aria-label=${`${spoken}, ${nameOf(row, links.length)}`} placeholder=${name === "bound_mm" ? "auto" : nothing} ?disabled=${!open}
-      .value=${unlessFocused(link[name] === null ? "" : String(link[name]))} @change=${changed(row, name)}></td>`)}</tr>`)}</tbody></table>
+    <tbody>${[...links.keys()].map((row) => html`<tr><th scope="row">${nameOf(row, links.length)}</th>${COLUMNS.map(([name, , , spoken]) => html`<td>${input(row, name, spoken)}</td>`)}</tr>`)}</tbody></table></div>
     <button type="button" id="links-usual" ?disabled=${!open} @click=${() => connection.send("drive.links", { bounds_mm: null, thresholds_mm: null, springs_n_per_mm: null })}>As printed</button>`;
 }
 
@@ -103,7 +102,7 @@ function linkTable(connection, { links, open }) {
  * @param {number} count
  */
 function nameOf(row, count) {
-  return row === count - 1 ? "Last" : `Last − ${count - 1 - row}`;
+  return ["Last", "2nd last", "3rd last"][count - 1 - row] ?? `${count - row}th last`;
 }
 
 /**

@@ -3,6 +3,7 @@ import { h } from "/static/js/dom.js";
 import { DEVICES, HandDevices } from "/static/js/devices/hand-devices.js";
 import { EndCard } from "/static/js/end-card.js";
 import { fixed } from "/static/js/format.js";
+import { ownsSpace } from "/static/js/keys.js";
 import { ENLARGE, LAID_OUT } from "/static/js/layout.js";
 import { draw, hintLine, html, live, nothing, said, titled } from "/static/js/template.js";
 import { forceSound } from "/static/js/endoscope/force-sound.js";
@@ -32,7 +33,7 @@ export default class DrivePanel {
     this.status = new SnakeStatus();
     this.devices = new HandDevices(keys, (axes) => connection.send("axes", snakeAxes(axes, this.devices.kind, this.devices.spaceMouse.pressed)));
     this.layout = "";
-    this.endCard = new EndCard(connection, undefined, ({ route }) => route);
+    this.endCard = new EndCard(connection, undefined, ({ route }) => route, "robot");
     this.taskDone = false;
     this.element = h("div", {});
     window.addEventListener(LAID_OUT, (event) => {
@@ -79,14 +80,14 @@ export default class DrivePanel {
   }
 
   /**
-   * Space pauses, J changes the joint of a manual hand.
+   * Space pauses, unless a control has it; J changes the joint of a manual hand, by the window that drives.
    * @param {KeyboardEvent} event
    */
   key(event) {
     const { step, rehearsal, snake } = this.connection.state;
-    if (step?.name !== "drive" || rehearsal?.state !== "running" || event.ctrlKey || event.metaKey || event.altKey) return false;
-    if (event.code === "Space") this.connection.send("rehearsal.pause");
-    else if (event.code === "KeyJ" && snake?.arm === "manual") this.connection.send("drive.joint", { joint: snake.joint === 1 ? 2 : 1 });
+    if (step?.name !== "drive" || rehearsal?.state !== "running" || event.repeat || event.ctrlKey || event.metaKey || event.altKey) return false;
+    if (event.code === "Space" && !ownsSpace(event)) this.connection.send("rehearsal.pause");
+    else if (event.code === "KeyJ" && rehearsal.mine && snake?.arm === "manual") this.connection.send("drive.joint", { joint: snake.joint === 1 ? 2 : 1 });
     else return false;
     return true;
   }
@@ -132,10 +133,11 @@ export default class DrivePanel {
   }
 
   device() {
-    const { devices } = this;
+    const { devices } = this, ask = devices.kind === "space-mouse" && devices.spaceMouse.askable;
     return html`<div class="segmented devices" role="group" aria-label="Device">${DEVICES.map((kind) => html`<button type="button" data-device=${kind}
       aria-pressed=${String(kind === devices.kind)} @click=${() => devices.choose(kind)}>${NAMES[kind]}</button>`)}</div>
-      <p class="words" ?hidden=${!devices.source?.trouble}>${said(devices.source?.trouble ?? "")}</p>`;
+      <p class="words" ?hidden=${!devices.source?.trouble}>${said(devices.source?.trouble ?? "")}</p>
+      ${ask ? html`<button type="button" class="wide" id="connect-device" @click=${() => devices.spaceMouse.ask()}>Connect SpaceMouse</button>` : nothing}`;
   }
 
   /** @param {SnakeView | null | undefined} snake */

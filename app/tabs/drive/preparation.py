@@ -78,9 +78,11 @@ def watched_task(
     from vfix_engine.study.polyps.sight import LumenSight
 
     tasks = services.lumen_routes.tasks
-    if options.task.places == "seed":
-        tell("Searching what this robot can view. The first time takes minutes.")
-    task = tasks.polyps(route, options.task)
+    task = tasks.polyps(
+        route,
+        options.task,
+        lambda share: tell(f"Searching what this robot can view, {100 * share:.0f} %. Takes minutes."),
+    )
     tell("Starting …")
     return TaskWatch(task, path.snake, path.tissue, LumenSight(tasks.wall(route.case_id), task, path.tissue))
 

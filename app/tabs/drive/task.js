@@ -1,6 +1,7 @@
 // The task of a drive: chosen before it starts, and how far it is while it is driven.
 import { fixed } from "/static/js/format.js";
-import { hintLine, html, nothing, said, titled, unlessFocused } from "/static/js/template.js";
+import { NumberFields } from "/static/js/number-fields.js";
+import { hintLine, html, nothing, said, titled } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { DriveTaskView, TaskNowView } from "/static/js/types.js" */
@@ -10,6 +11,8 @@ const HELP = "Study I of Kwok 2013, with the arm that is chosen above. A polyp c
   + "The polyps are drawn by the seed where this robot can view them: the first search takes minutes. Reset or Cancel ends the task.";
 /** @type {[NonNullable<DriveTaskView["task"]> | null, string][]} */
 const TASKS = [[null, "None"], ["polyps", "Polyps"]];
+const MOST_SEED = 2 ** 31 - 1;
+const fields = new NumberFields();
 
 /**
  * @param {Connection} connection
@@ -26,7 +29,7 @@ export function taskGroup(connection, task) {
   return titled("Task", cancel, html`
     <div class="segmented devices" role="group" aria-label="Task">${TASKS.map(([name, label]) => html`<button type="button" data-task=${name ?? "none"}
       aria-pressed=${String(name === task.task)} ?disabled=${!task.open} @click=${() => { if (name !== task.task) send({ task: name }); }}>${label}</button>`)}</div>
-    ${task.task ? html`${instructions(now)}${now ? progress(now) : nothing}${choice(task, send)}` : nothing}`);
+    ${task.task ? html`${instructions(now)}${drawnFrom(now)}${now ? progress(now) : nothing}${choice(task, send)}` : nothing}`);
 }
 
 /** @param {TaskNowView | null} now */
@@ -35,6 +38,12 @@ function instructions(now) {
   return html`<p class="words">Insert the robot and find the blue polyps.</p>
     <p class="words">Hold each in the frame, 15 mm away, until it disappears.</p>
     ${hintLine("task-end", `The task ends ${end}.`, HELP)}`;
+}
+
+/** Where the polyps of this drive were drawn. @param {TaskNowView | null} now */
+function drawnFrom(now) {
+  if (now === null || now.viewable_share === null) return nothing;
+  return html`<p class="words" id="task-drawn">Drawn from the viewable ${fixed(100 * now.viewable_share, 0)} % of the wall.</p>`;
 }
 
 /** @param {TaskNowView} now */
@@ -54,8 +63,8 @@ function progress(now) {
  */
 function choice({ places, seed, marks, open }, send) {
   const place = (/** @type {Event} */ { currentTarget }) => send({ places: /** @type {DriveTaskView["places"]} */ (/** @type {HTMLSelectElement} */ (currentTarget).value) });
-  const reseed = (/** @type {Event} */ { currentTarget }) => send({ seed: Math.max(0, Math.round(Number(/** @type {HTMLInputElement} */ (currentTarget).value)) || 0) });
+  const input = () => fields.of("task-seed", { low: 0, high: MOST_SEED, value: seed, off: !open, changed: (value) => send({ seed: Math.round(value) }) }, { inputmode: "numeric" });
   return html`${marks || places === "route" ? html`<div class="beside"><span class="words">Polyps</span><select id="task-places" aria-label="Polyps" ?disabled=${!open} .value=${places} @change=${place}>
       <option value="seed" ?selected=${places === "seed"}>Drawn by seed</option><option value="route" ?selected=${places === "route"}>${`Of the route: ${marks}`}</option></select></div>` : nothing}
-    ${places === "seed" ? html`<label class="beside"><span class="words">Seed</span><input type="text" inputmode="numeric" id="task-seed" ?disabled=${!open} .value=${unlessFocused(String(seed))} @change=${reseed}></label>` : nothing}`;
+    ${places === "seed" ? html`<div class="field"><label class="beside"><span class="words">Seed</span>${input()}</label></div>` : nothing}`;
 }

@@ -1,9 +1,14 @@
 // How the lumen moves: amplitude and period of breathing and of peristalsis, which belong to the route.
-import { numberOf } from "/static/js/fields.js";
-import { html, nothing, unlessFocused } from "/static/js/template.js";
+import { heldNumber } from "/static/js/fields.js";
+import { NumberFields } from "/static/js/number-fields.js";
+import { html, nothing } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { RouteSection } from "/static/js/types.js" */
+
+/** What a route takes. @type {Record<"breathing" | "period" | "percent", [number, number]>} */
+const RANGES = { breathing: [0, 20], period: [1, 60], percent: [0, 90] };
+const fields = new NumberFields();
 
 /**
  * @param {Connection} connection
@@ -12,20 +17,17 @@ import { html, nothing, unlessFocused } from "/static/js/template.js";
 export function tissueGroup(connection, route) {
   if (!route) return nothing;
   const moves = [route.breathing_mm ? "breathes" : "", route.peristalsis ? "peristalsis" : ""].filter(Boolean).join(", ") || "still";
-  const [breathing, breath, wave, waves] = ["breathing-mm", "breathing-s", "peristalsis-percent", "peristalsis-s"];
-  const breathe = () => connection.send("route.breathing", { breathing_mm: typed(breathing), period_s: typed(breath) });
-  const narrow = () => connection.send("route.peristalsis", { share: typed(wave) / 100, period_s: typed(waves) });
-  const field = (/** @type {string} */ id, /** @type {string} */ label, /** @type {number} */ value, /** @type {() => void} */ send, /** @type {string} */ operation) => html`
-    <label class="field"><span class="field-label">${label}</span><input type="text" inputmode="decimal" id=${id} data-operation=${operation} ?disabled=${route.locked}
-      .value=${unlessFocused(String(Math.round(100 * value) / 100))} @change=${send}></label>`;
+  const field = (/** @type {string} */ id, /** @type {string} */ label, /** @type {[number, number]} */ [low, high], /** @type {number} */ value, /** @type {() => void} */ changed, /** @type {string} */ operation) => {
+    const input = fields.of(id, { low, high, value: Math.round(100 * value) / 100, off: route.locked, changed }, { "data-operation": operation });
+    const shown = html`<label class="field"><span class="field-label">${label}</span>${input}</label>`;
+    return { shown, get value() { return heldNumber(input) ?? value; } };
+  };
+  const breathe = () => connection.send("route.breathing", { breathing_mm: breathing.value, period_s: breath.value });
+  const narrow = () => connection.send("route.peristalsis", { share: peristalsis.value / 100, period_s: wave.value });
+  const breathing = field("breathing-mm", "Breathing, mm", RANGES.breathing, route.breathing_mm, breathe, "route.breathing");
+  const breath = field("breathing-s", "Breath, s", RANGES.period, route.breathing_period_s, breathe, "route.breathing");
+  const peristalsis = field("peristalsis-percent", "Peristalsis, %", RANGES.percent, 100 * route.peristalsis, narrow, "route.peristalsis");
+  const wave = field("peristalsis-s", "Wave, s", RANGES.period, route.peristalsis_period_s, narrow, "route.peristalsis");
   return html`<details class="folded" id="tissue"><summary>Tissue motion: ${moves}</summary><div class="fields two">
-    ${field(breathing, "Breathing, mm", route.breathing_mm, breathe, "route.breathing")}
-    ${field(breath, "Breath, s", route.breathing_period_s, breathe, "route.breathing")}
-    ${field(wave, "Peristalsis, %", 100 * route.peristalsis, narrow, "route.peristalsis")}
-    ${field(waves, "Wave, s", route.peristalsis_period_s, narrow, "route.peristalsis")}</div></details>`;
-}
-
-/** @param {string} id of a field */
-function typed(id) {
-  return numberOf(/** @type {HTMLInputElement} */ (document.getElementById(id)).value);
+    ${breathing.shown}${breath.shown}${peristalsis.shown}${wave.shown}</div></details>`;
 }

@@ -1,7 +1,7 @@
 // Runs beside one another: their figures, and the differences from the first.
 import { h } from "/static/js/dom.js";
 import { fixed, signed } from "/static/js/format.js";
-import { drivenOf } from "/static/js/run-views.js";
+import { drivenOf, viewOf } from "/static/js/run-views.js";
 import { UNCERTIFIED, drivenAs, isUncertified, modeWord, runName } from "/static/js/runs.js";
 import { draw, html, nothing } from "/static/js/template.js";
 import { lumenFigures } from "./lumen-figures.js";
@@ -13,8 +13,8 @@ import { paired, pairsOf } from "./pairs.js";
 /** @typedef {{ run: RunTitle, score: AnyScore }} Scored */
 /**
  * @template [Score=any]
- * @typedef {{ name: string, unit: string, digits: number, of: (score: Score) => number | null, more?: boolean, most?: (score: Score) => number }} Figure
- *   more: a larger value is better. most: it is at least that where it is that, as farther away nothing was measured */
+ * @typedef {{ name: string, unit: string, digits: number, of: (score: Score) => number | null, more?: boolean, neutral?: boolean, most?: (score: Score) => number }} Figure
+ *   more: a larger value is better. neutral: neither is. most: it is at least that where it is that, as farther away nothing was measured */
 
 /** @type {Figure<ScorePublic>[]} */
 export const FIGURES = [
@@ -56,7 +56,7 @@ export class CompareTable {
    * @param {Figure} figure
    * @param {Scored[]} scored
    */
-  row({ name, unit, digits, of, more = false, most }, scored) {
+  row({ name, unit, digits, of, more = false, neutral = false, most }, scored) {
     const values = scored.map(({ score }) => of(score));
     if (values.every((value) => value === null)) return nothing;
     const [first] = values;
@@ -65,28 +65,28 @@ export class CompareTable {
       const cell = html`<td class="number">${least ? "≥ " : ""}${fixed(value, digits)}</td>`;
       if (!index) return cell;
       const by = value === null || first === null ? null : value - first;
-      const worse = by !== null && Math.abs(by) >= 0.5 * 10 ** -digits && (more ? by < 0 : by > 0);
+      const worse = !neutral && by !== null && Math.abs(by) >= 0.5 * 10 ** -digits && (more ? by < 0 : by > 0);
       return html`${cell}<td class=${worse ? "number difference worse" : "number difference"}>${by === null ? "–" : signed(by, digits)}</td>`;
     })}</tr>`;
   }
 
   /**
-   * Where two modes were driven on the same plans, what the second differs by.
+   * Where two modes were driven on the same plans, or two arms on the same routes, what the second differs by.
    * @param {Scored[]} scored
    * @param {RunTitle[]} runs
    */
   pairs([first, second], runs) {
     const [a, b] = [drivenAs(first.run) ?? "", drivenAs(second.run) ?? ""];
     if (a === b) return nothing;
-    const pairs = pairsOf(runs, a, b);
+    const pairs = pairsOf(runs, a, b), documents = `${viewOf(first.run).of}s`;
     const found = [["Time", "s", 1, "time_s"], ["Tip error, mean", "mm", 3, "error_mm"]].flatMap(([name, unit, digits, key]) => {
       const differences = pairs.map((pair) => pair.map(({ score }) => /** @type {number | null | undefined} */ (Reflect.get(score ?? {}, key))))
         .flatMap(([one, two]) => (typeof one === "number" && typeof two === "number" ? [two - one] : []));
       const told = paired(differences);
-      return told ? [`${name} ${signed(told.mean, Number(digits))} ± ${fixed(told.half, Number(digits))} ${unit} of ${told.n} plans`] : [];
+      return told ? [`${name} ${signed(told.mean, Number(digits))} ± ${fixed(told.half, Number(digits))} ${unit} of ${told.n} ${documents}`] : [];
     });
     const line = found.length ? `${modeWord(b)} against ${modeWord(a).toLowerCase()}: ${found.join("; ")} driven both ways (mean difference, 95 %).`
-      : `Statistics need three plans driven both ways; there ${pairs.length === 1 ? "is one" : `are ${pairs.length}`}.`;
+      : `Statistics need three ${documents} driven both ways; there ${pairs.length === 1 ? "is one" : `are ${pairs.length}`}.`;
     return html`<p class="words">${line}</p>`;
   }
 }

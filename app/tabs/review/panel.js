@@ -3,6 +3,7 @@ import { assignment } from "/static/js/assignments.js";
 import { confirm } from "/static/js/dialogs.js";
 import { h } from "/static/js/dom.js";
 import { jobWatch } from "/static/js/jobs.js";
+import { ownsSpace } from "/static/js/keys.js";
 import { LearningCurve } from "/static/js/learning-curve.js";
 import { takeRunRequest } from "/static/js/open-run.js";
 import { feltHolds, holdList, learningPart, modeLine, scoreFacts } from "/static/js/run-score.js";
@@ -283,9 +284,8 @@ export default class ReviewPanel {
    * @param {KeyboardEvent} event
    */
   key(event) {
-    const target = /** @type {Partial<Element> | null} */ (event.target);
     if (!this.shown || event.code !== "Space" || event.repeat || event.ctrlKey || event.metaKey || event.altKey) return false;
-    if (target?.closest?.("button, select, summary, [contenteditable]")) return false;
+    if (ownsSpace(event)) return false;
     this.player.toggle();
     return true;
   }

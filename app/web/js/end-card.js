@@ -25,11 +25,13 @@ export class EndCard {
    * @param {Connection} connection
    * @param {() => void} [start] the next run
    * @param {(state: ViewModel) => { id: string } | null | undefined} [driven] the plan or route that is driven
+   * @param {string} [thing] that is driven, in words
    */
-  constructor(connection, start = () => connection.send("rehearsal.start"), driven = ({ plan }) => plan) {
+  constructor(connection, start = () => connection.send("rehearsal.start"), driven = ({ plan }) => plan, thing = "tool") {
     this.connection = connection;
     this.start = start;
     this.of = driven;
+    this.thing = thing;
     this.element = h("div", { class: "group", id: "end-card", hidden: true });
     this.curve = new LearningCurve();
     /** @type {string | null} the plan that it is about */
@@ -135,7 +137,7 @@ export class EndCard {
     draw(this.element, ended && !driving ? this.result(ended) : html`${titled("This run", null, html`
       ${this.waiting ? html`<p class="words" role="status">Scoring the run …</p>` : nothing}
       ${this.trouble ? html`<p class="words caution" role="status">No score: ${this.trouble}</p>` : nothing}
-      ${finish ? html`<p class="words">${now.path_done ? "At the end of the path." : "Ends where the tool is."}</p>
+      ${finish ? html`<p class="words">${now.path_done ? "At the end of the path." : `Ends where the ${this.thing} is.`}</p>
         <button type="button" class=${now.path_done ? "primary wide" : "wide"} id="finish-run" data-command="rehearsal.end" title="End this run and score it" @click=${this.finish}>Finish run</button>` : nothing}`)}`);
     if (!ended) return;
     this.curve.show(lastOf(ended.runs, drivenAs(ended.run) ?? ""), ended.teacher);

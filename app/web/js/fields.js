@@ -98,7 +98,7 @@ export function numberOf(text) {
  * @param {string} id
  * @param {number} low
  * @param {number} high
- * @param {number} step
+ * @param {number} step of an arrow key; 0: arrows change nothing
  * @param {(value: number) => void} changed
  * @param {() => void} [emptied] where an empty field means something
  */
@@ -116,7 +116,7 @@ export function numberInput(id, low, high, step, changed, emptied) {
   watchTyping(input);
   escapePutsBack(input);
   input.addEventListener("keydown", (event) => {
-    if (event.key !== "ArrowUp" && event.key !== "ArrowDown") return;
+    if (!step || (event.key !== "ArrowUp" && event.key !== "ArrowDown")) return;
     event.preventDefault();
     const wanted = (numberOf(input.value) || 0) + (event.key === "ArrowUp" ? step : -step);
     input.value = String(Math.round(Math.min(Number(input.max), Math.max(Number(input.min), wanted)) * 1000) / 1000);

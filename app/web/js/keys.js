@@ -188,6 +188,14 @@ export function isFindKey(event) {
 }
 
 /**
+ * Whether the control that has the focus is pressed or ticked by Space; a slider is not.
+ * @param {Pick<KeyboardEvent, "target">} event
+ */
+export function ownsSpace({ target }) {
+  return Boolean(/** @type {Partial<Element> | null} */ (target)?.closest?.("button, select, summary, input:not([type=range]), [contenteditable]"));
+}
+
+/**
  * Where the held keys lead together; two that are opposite lead nowhere.
  * @param {Set<string>} held
  * @param {Record<string, number>} table

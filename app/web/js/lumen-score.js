@@ -23,7 +23,7 @@ export function lumenFacts(score) {
     { name: "Withdrawal", value: back === null ? "not drawn out" : duration(back) },
   ];
   if (deviation) facts.push({ name: "Deviations", value: `${deviation.episodes}, ${duration(deviation.time_s)}` }, { name: "Deviation, largest", value: `${fixed(deviation.depth_mm?.max ?? 0, 1)} mm` });
-  if (nearest) facts.push({ name: "Nearest to its bound", value: `${fixed(nearest.max, 1)} mm` });
+  if (nearest) facts.push({ name: "Deviation nearest to a bound", value: `${fixed(nearest.max, 1)} mm` });
   facts.push(
     { name: "Beyond bound", value: `${fixed(beyond, beyond > 0 ? 1 : 0)} mm`, worse: beyond > 0 },
     { name: "Path of the tip", value: `${fixed(score.path_length_mm, 0)} mm` },
@@ -36,6 +36,6 @@ export function lumenFacts(score) {
 }
 
 /** @param {LumenScorePublic} score what a list says of it */
-export function shortOfLumen({ certified, completed, time_s, depth_mm, nearest_mm: nearest, beyond_bound_mm, held_s }) {
-  return { certified, completed, time_s, depth_mm, deviation_mm: nearest?.max ?? null, beyond_bound_mm, held_s };
+export function shortOfLumen({ certified, completed, time_s, depth_mm, nearest_mm: nearest, beyond_bound_mm, held_s, task }) {
+  return { certified, completed: task ? task.completed : completed, time_s, depth_mm, deviation_mm: nearest?.max ?? null, beyond_bound_mm, held_s };
 }

@@ -34,7 +34,7 @@ const VIEWS = {
   lumen: {
     of: "route", how: "arm", done: "End reached",
     facts: (/** @type {LumenScorePublic} */ score) => lumenFacts(score),
-    short: (/** @type {ShortLumenScore} */ { depth_mm: depth, deviation_mm: off }) => `${fixed(depth, 0)} mm${off === null ? "" : `, ${fixed(off, 1)} off`}`,
+    short: (/** @type {ShortLumenScore} */ { depth_mm: depth, deviation_mm: off }) => `${fixed(depth, 0)} mm${off === null ? "" : `, deviation ${fixed(off, 1)} mm`}`,
     brief: (/** @type {ShortLumenScore} */ { time_s: time, depth_mm: depth }) => `${duration(time)}, ${fixed(depth, 0)} mm`,
     shortOf: (/** @type {LumenScorePublic} */ score) => shortOfLumen(score),
     learning: false, laid: false, report: false, formats: ["csv", "about.json", "parquet"],

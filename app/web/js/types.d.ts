@@ -2032,8 +2032,9 @@ export interface ShortScore {
 /**
  * Figures of the score of a run in a lumen; lengths in mm.
  *
- * completed: the tip came to the end of its way. depth_mm: its deepest place. deviation_mm: the largest of the link
- * nearest to its bound, null in a run whose rows do not have it. beyond_bound_mm: 0 where no link was beyond it.
+ * completed: the task of the run was done; without one the tip came to the end of its way. depth_mm: its deepest
+ * place. deviation_mm: the largest of the link nearest to its bound, null in a run whose rows do not have it.
+ * beyond_bound_mm: 0 where no link was beyond it.
  */
 export interface ShortLumenScore {
   certified: boolean;

@@ -1,0 +1,70 @@
+// Drive: the keys of a robot in a lumen, its devices, and what is said of its task and its run.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { keyEvent } from "./page.js";
+import { connectionOf, layOutElements } from "./panels.js";
+
+layOutElements();
+Object.assign(globalThis, { localStorage: { getItem: () => null, setItem() {} } });
+Object.defineProperty(globalThis, "navigator", { value: {}, configurable: true });
+const { listenerOf } = await import("./templates.js");
+const { default: DrivePanel } = await import("../../app/tabs/drive/panel.js");
+const { taskGroup } = await import("../../app/tabs/drive/task.js");
+
+/** A window whose robot runs in the manual arm. */
+function driving() {
+  const state = { step: { name: "drive", input: "drive" }, rehearsal: { state: "running", mine: true }, snake: { arm: "manual", joint: 1 } };
+  const connection = connectionOf(state), panel = new DrivePanel({ connection, keys: { hold() {}, shortcuts: [] } });
+  const key = (code, fields) => panel.key(keyEvent(code, fields));
+  return { panel, state, key, sent: () => connection.sent.splice(0) };
+}
+
+/** What has the focus, by the selectors that fit it. */
+const focused = (...fit) => ({ closest: (selectors) => selectors.split(", ").find((one) => fit.includes(one)) ?? null });
+
+test("Space pauses, and a control that has the focus keeps it", () => {
+  const { key, sent } = driving();
+  for (const fit of ["button", "select", "summary", "input:not([type=range])", "[contenteditable]"]) assert.equal(key("Space", { target: focused(fit) }), false, fit);
+  assert.equal(key("Space", { repeat: true }), false, "a key that is held is pressed once");
+  assert.deepEqual(sent(), []);
+  assert.equal(key("Space"), true);
+  assert.equal(key("Space", { target: focused("div") }), true);
+  assert.deepEqual(sent(), [["rehearsal.pause"], ["rehearsal.pause"]]);
+});
+
+test("J changes the joint in the window that drives, also while a button has the focus", () => {
+  const { state, key, sent } = driving();
+  assert.equal(key("KeyJ", { target: focused("button") }), true);
+  assert.deepEqual(sent(), [["drive.joint", { joint: 2 }]]);
+  state.rehearsal.mine = false;
+  assert.equal(key("KeyJ"), false, "whoever watches has no joint to change");
+  assert.equal(key("Space"), true, "but may pause");
+  assert.deepEqual(sent(), [["rehearsal.pause"]]);
+});
+
+test("a SpaceMouse that no browser has allowed yet can be asked for", () => {
+  const { panel } = driving(), { spaceMouse } = panel.devices;
+  let asked = 0;
+  Object.assign(spaceMouse, { hid: Object.assign(new EventTarget(), { getDevices: async () => [] }), ask: () => { asked += 1; } });
+  assert.doesNotMatch(panel.device(), /connect-device/);
+  panel.devices.kind = "space-mouse";
+  assert.match(panel.device(), /Connect SpaceMouse/);
+  listenerOf('id="connect-device"', "click")();
+  assert.equal(asked, 1);
+  spaceMouse.device = { productName: "Compact" };
+  assert.doesNotMatch(panel.device(), /connect-device/);
+});
+
+test("a task whose polyps were drawn says from how much of the wall", () => {
+  const now = { of: 10, cleared: 0, held_s: 0, hold_s: 7, viewed: false, completed: false, words: "", end_mm: 500, end_name: "ascending", viewable_share: 0.876 };
+  const told = (/** @type {any} */ changed) => String(taskGroup(connectionOf({}), /** @type {any} */ ({ task: "polyps", places: "route", seed: 0, marks: 2, open: true, now: { ...now, ...changed } })));
+  assert.match(told({}), /Drawn from the viewable 88 % of the wall/);
+  assert.doesNotMatch(told({ viewable_share: null }), /Drawn from the/);
+});
+
+test("a run of a robot ends where the robot is", () => {
+  const { panel, state } = driving();
+  panel.endCard.begin = async () => {};
+  panel.endCard.update(state);
+  assert.match(panel.endCard.element.textContent, /Ends where the robot is/);
+});
