@@ -18,7 +18,13 @@ HOLE = "□"  # a value that only the running planner knows: one word
 SHOWN_WORDS = 12  # the page shows so much of a text, and the rest behind '?'
 VERDICT_WORDS = 8
 # what prints or draws for itself, and what is nothing but names of tables and settings
-ELSEWHERE = ("app/commands/", "app/cli.py", "app/store/migrations/", "app/exchange/report/")
+ELSEWHERE = (
+    "app/commands/",
+    "app/cli.py",
+    "app/store/migrations/",
+    "app/exchange/report/",
+    "app/exchange/study_report.py",
+)
 ELSEWHERE += (
     "app/settings.py",
     "app/store/schema.py",

@@ -13,10 +13,9 @@ from typing import Any
 from app.commands.counts import positive
 from app.commands.found_runs import FoundRun, find_run, optional_services
 from app.commands.head_options import say_notes
-from app.commands.study_scenes import specs_of
 from app.commands.study_template import TEMPLATE
 from app.exchange.plan_files import write_export
-from app.exchange.report.study_report import report_lines, write_report
+from app.exchange.study_report import report_lines, write_report
 from vfix_engine.errors import InputError
 from vfix_engine.runtime.run import digest
 from vfix_engine.study.farm import run_all
@@ -78,6 +77,8 @@ def run(args: argparse.Namespace, progress: Progress) -> int:
     done = results.read(names)
     if study.subjects.simulated:
         operator_named(study.operator)
+        from app.commands.study_scenes import specs_of  # needs what the extra `app` brings
+
         trials = SimulatedTrials(study, specs_of(optional_services(), study, conditions(study)))
         done = done_of(study, done, trials.fingerprints)
         wanted = [name for name in names if is_simulated(name.subject) and name not in done]
@@ -156,6 +157,8 @@ def attach(args: argparse.Namespace, progress: Progress) -> int:
     for name, record in done.items():
         if record.run == _known_as(found) and name != turn.name:
             raise InputError(f"the run {found.name!r:.80} is trial {name.trial + 1} of {name.subject} already")
+    from app.commands.study_scenes import specs_of  # needs what the extra `app` brings
+
     expected = specs_of(services, study, [turn.name.condition])[turn.name.condition]
     record = _record_of(study, turn.name, found, expected)
     results.write(record)

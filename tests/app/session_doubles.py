@@ -119,7 +119,7 @@ class Robot:
         self.alive = False
 
     def __getattr__(self, name: str) -> Any:
-        return lambda *values: self.told.append(name)
+        return lambda *values, **named: self.told.append(name)
 
 
 def put_in_place(drive: RehearsalDrive, robot: Any, plan: Plan, placed: Any = None) -> None:

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import gaussian_filter1d
-from skimage.graph import MCP_Geometric
 
 from ...arrays import Array
 from ...errors import InputError, PathwayError
@@ -133,6 +132,8 @@ def _as_voxel(indices: NDArray[np.int64]) -> Voxel:
 
 def _cheapest(lumen: VoxelLumen, depth: Array, first: Voxel, last: Voxel, power: float) -> NDArray[np.int64]:
     """Voxels (n, 3) of the path of least cost; each is a neighbour of the previous one, at a face, edge or corner."""
+    from skimage.graph import MCP_Geometric  # imported here: slow to load
+
     wall = np.maximum(depth, 0.5 * lumen.voxel_mm)
     cost = np.where(lumen.inside, (_OPEN_MM / wall) ** power, -1.0)
     paths = MCP_Geometric(cost, sampling=(lumen.voxel_mm,) * 3)

@@ -97,7 +97,7 @@ def _write_parquet(file: Path, study: StudyFile, records: Sequence[TrialRecord])
 
 def _page(told: Mapping[str, Any], plots: Mapping[str, Mapping[str, str]]) -> str:
     """The report as HTML, with its styles and plots in it."""
-    style = files("app.exchange.report").joinpath("report.css").read_text(encoding="utf-8") + _PLOT + _STYLE
+    style = files("app.exchange").joinpath("report", "report.css").read_text(encoding="utf-8") + _PLOT + _STYLE
     parts = [
         f"<header><div><h1>{escape(told['name'])}</h1><p>{_subtitle(told)}</p></div>"
         f'<strong class="notice">{escape(NOTICE)}</strong></header>'
