@@ -87,7 +87,7 @@ def main() -> None:
     case, random = cavity_case(), np.random.default_rng(0)
     wall, places = Wall(case.mesh), list[Label]()
     while len(places) < args.places:
-        label = drawn_label(case, wall, random, len(places) % LABELS, LABELS)
+        label = drawn_label(case, wall, random, len(places) % LABELS)
         if label is not None:
             places.append(label)
     for roll, lean in ((0.0, 0.0), (22.5, 0.0), (45.0, 0.0), (0.0, -12.0), (0.0, -25.0), (45.0, -25.0)):

@@ -37,11 +37,12 @@ class TaskScorePublic(BaseModel):
 class LumenScorePublic(BaseModel):
     """The score of a run in a lumen, see docs/metrics.md; lengths in mm, times in s, forces in N.
 
-    completed: the tip came to the end of its way. depth_mm: its deepest place; length_mm, reach_mm: of the pathway, and
-    how far along it this robot can come; share: of length_mm. insertion_s: until the deepest place; withdrawal_s: from
-    then until the tip was out, null where it was not. deviation: of the last links, nearest_mm: of the link nearest to
-    its bound; both null in a run whose rows do not have them. held_by: the longest first; holds: in the order of time.
-    task: what the run's task adds, null without one.
+    completed: the tip came to the end of its way, or of a robot on a fixed base: its task was done. depth_mm: its
+    deepest place; length_mm, reach_mm: of the pathway, and how far along it this robot can come; share: of length_mm.
+    insertion_s: until the deepest place; withdrawal_s: from then until the tip was out, null where it was not. All from
+    depth_mm on are null on a fixed base, from which nothing is inserted. deviation: of the last links, nearest_mm: of
+    the link nearest to its bound; both null in a run whose rows do not have them. held_by: the longest first; holds: in
+    the order of time. task: what the run's task adds, null without one.
     """
 
     world: str
@@ -52,11 +53,11 @@ class LumenScorePublic(BaseModel):
     completed: bool
     samples: int
     time_s: float
-    depth_mm: float
-    length_mm: float
-    reach_mm: float
-    share: float
-    insertion_s: float
+    depth_mm: float | None
+    length_mm: float | None
+    reach_mm: float | None
+    share: float | None
+    insertion_s: float | None
     withdrawal_s: float | None
     path_length_mm: float
     deviation: DeviationPublic | None

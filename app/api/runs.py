@@ -59,15 +59,15 @@ class ShortScore(BaseModel):
 class ShortLumenScore(BaseModel):
     """Figures of the score of a run in a lumen; lengths in mm.
 
-    completed: the task of the run was done; without one the tip came to the end of its way. depth_mm: its deepest
-    place. deviation_mm: the largest of the link nearest to its bound, null in a run whose rows do not have it.
+    completed: as in `LumenScorePublic`, or that the task of the run was done. depth_mm: the tip's deepest place, null on
+    a fixed base. deviation_mm: the largest of the link nearest to its bound, null in a run whose rows do not have it.
     beyond_bound_mm: 0 where no link was beyond it.
     """
 
     certified: bool
     completed: bool
     time_s: float
-    depth_mm: float
+    depth_mm: float | None
     deviation_mm: float | None
     beyond_bound_mm: float
     held_s: float

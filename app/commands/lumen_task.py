@@ -1,4 +1,4 @@
-"""`vfix lumen task`: a simulated task of Kwok 2013, section IV.D, done by a scripted operator."""
+"""`vfix lumen task`: a simulated task of Kwok 2013, section IV.C, done by a scripted operator."""
 
 from __future__ import annotations
 

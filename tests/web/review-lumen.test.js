@@ -102,3 +102,12 @@ test("a run is said by its arm, and a list has its short score", () => {
   assert.equal(viewOf(run).short(run.score), "412 mm, deviation 7.0 mm");
   assert.equal(viewOf(run).brief(run.score), "1:01 min, 412 mm");
 });
+
+test("a run from a fixed base, where nothing is inserted, says nothing of depth", () => {
+  const still = { ...SCORE, depth_mm: null, length_mm: null, reach_mm: null, share: null, insertion_s: null, withdrawal_s: null };
+  const names = viewOf(still).facts(still).map(({ name }) => name);
+  assert.deepEqual(names.slice(0, 2), ["Time", "Deviations"]);
+  const short = withScore(/** @type {any} */ ({ world: "snake", score: null }), still).score;
+  assert.deepEqual([viewOf(still).short(short), viewOf(still).brief(short)], ["7.0 off", "1:01 min"]);
+  assert.equal(lumenFigures([still]).find(({ name }) => name === "Share of the lumen")?.of(still), null);
+});

@@ -17,11 +17,15 @@ export function lumenFacts(score) {
   /** @type {Fact[]} */
   const facts = [
     { name: "Time", value: duration(score.time_s) },
-    { name: "Depth", value: `${fixed(score.depth_mm, 0)} mm` },
-    { name: "Share of the lumen", value: `${fixed(PERCENT * score.share, 0)} %` },
-    { name: "Time in", value: duration(score.insertion_s) },
-    { name: "Withdrawal", value: back === null ? "not drawn out" : duration(back) },
   ];
+  if (score.depth_mm !== null && score.share !== null && score.insertion_s !== null) { // from a fixed base nothing is inserted
+    facts.push(
+      { name: "Depth", value: `${fixed(score.depth_mm, 0)} mm` },
+      { name: "Share of the lumen", value: `${fixed(PERCENT * score.share, 0)} %` },
+      { name: "Time in", value: duration(score.insertion_s) },
+      { name: "Withdrawal", value: back === null ? "not drawn out" : duration(back) },
+    );
+  }
   if (deviation) facts.push({ name: "Deviations", value: `${deviation.episodes}, ${duration(deviation.time_s)}` }, { name: "Deviation, largest", value: `${fixed(deviation.depth_mm?.max ?? 0, 1)} mm` });
   if (nearest) facts.push({ name: "Deviation nearest to a bound", value: `${fixed(nearest.max, 1)} mm` });
   facts.push(

@@ -34,8 +34,8 @@ const VIEWS = {
   lumen: {
     of: "route", how: "arm", done: "End reached",
     facts: (/** @type {LumenScorePublic} */ score) => lumenFacts(score),
-    short: (/** @type {ShortLumenScore} */ { depth_mm: depth, deviation_mm: off }) => `${fixed(depth, 0)} mm${off === null ? "" : `, deviation ${fixed(off, 1)} mm`}`,
-    brief: (/** @type {ShortLumenScore} */ { time_s: time, depth_mm: depth }) => `${duration(time)}, ${fixed(depth, 0)} mm`,
+    short: (/** @type {ShortLumenScore} */ { depth_mm: depth, deviation_mm: off }) => [...(depth === null ? [] : [`${fixed(depth, 0)} mm`]), ...(off === null ? [] : [`deviation ${fixed(off, 1)} mm`])].join(", "),
+    brief: (/** @type {ShortLumenScore} */ { time_s: time, depth_mm: depth }) => `${duration(time)}${depth === null ? "" : `, ${fixed(depth, 0)} mm`}`,
     shortOf: (/** @type {LumenScorePublic} */ score) => shortOfLumen(score),
     learning: false, laid: false, report: false, formats: ["csv", "about.json", "parquet"],
   },

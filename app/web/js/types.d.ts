@@ -2032,15 +2032,15 @@ export interface ShortScore {
 /**
  * Figures of the score of a run in a lumen; lengths in mm.
  *
- * completed: the task of the run was done; without one the tip came to the end of its way. depth_mm: its deepest
- * place. deviation_mm: the largest of the link nearest to its bound, null in a run whose rows do not have it.
+ * completed: as in `LumenScorePublic`, or that the task of the run was done. depth_mm: the tip's deepest place, null on
+ * a fixed base. deviation_mm: the largest of the link nearest to its bound, null in a run whose rows do not have it.
  * beyond_bound_mm: 0 where no link was beyond it.
  */
 export interface ShortLumenScore {
   certified: boolean;
   completed: boolean;
   time_s: number;
-  depth_mm: number;
+  depth_mm: number | null;
   deviation_mm: number | null;
   beyond_bound_mm: number;
   held_s: number;
@@ -2194,11 +2194,12 @@ export interface JointPublic {
 /**
  * The score of a run in a lumen, see docs/metrics.md; lengths in mm, times in s, forces in N.
  *
- * completed: the tip came to the end of its way. depth_mm: its deepest place; length_mm, reach_mm: of the pathway, and
- * how far along it this robot can come; share: of length_mm. insertion_s: until the deepest place; withdrawal_s: from
- * then until the tip was out, null where it was not. deviation: of the last links, nearest_mm: of the link nearest to
- * its bound; both null in a run whose rows do not have them. held_by: the longest first; holds: in the order of time.
- * task: what the run's task adds, null without one.
+ * completed: the tip came to the end of its way, or of a robot on a fixed base: its task was done. depth_mm: its
+ * deepest place; length_mm, reach_mm: of the pathway, and how far along it this robot can come; share: of length_mm.
+ * insertion_s: until the deepest place; withdrawal_s: from then until the tip was out, null where it was not. All from
+ * depth_mm on are null on a fixed base, from which nothing is inserted. deviation: of the last links, nearest_mm: of
+ * the link nearest to its bound; both null in a run whose rows do not have them. held_by: the longest first; holds: in
+ * the order of time. task: what the run's task adds, null without one.
  */
 export interface LumenScorePublic {
   world: string;
@@ -2209,11 +2210,11 @@ export interface LumenScorePublic {
   completed: boolean;
   samples: number;
   time_s: number;
-  depth_mm: number;
-  length_mm: number;
-  reach_mm: number;
-  share: number;
-  insertion_s: number;
+  depth_mm: number | null;
+  length_mm: number | null;
+  reach_mm: number | null;
+  share: number | null;
+  insertion_s: number | null;
   withdrawal_s: number | null;
   path_length_mm: number;
   deviation: DeviationPublic | null;

@@ -31,7 +31,7 @@ def test_a_line_is_traced_and_its_figures_are_those_of_the_run(
     row = report["labels"][0]
     assert row["distance_mm"] is None
     assert row["line_error_mm"] < 0.5
-    assert row["angle_error_deg"] < 1.7  # Kwok 2013, section IV.D
+    assert row["angle_error_deg"] < 1.7  # Kwok 2013, section IV.C.2
     assert "1 of 1 labels traced" in printed.err
     services = build_services(Settings(home=tmp_path / "home", port=0))
     try:

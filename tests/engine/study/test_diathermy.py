@@ -8,10 +8,12 @@ import pytest
 
 from vfix_engine.errors import InputError
 from vfix_engine.runtime.command import BUTTON_CUT, COMMAND_SIZE, command_to_row, no_command
+from vfix_engine.runtime.requests import Reset
 from vfix_engine.runtime.run import Run, RunWriter
 from vfix_engine.study.diathermy.labels import HALF_MM, Label, marker_on
 from vfix_engine.study.diathermy.table import measured, task_note
 from vfix_engine.study.diathermy.task import NEAR_MM, DiathermySample, DiathermyState, first_state, followed, stepped
+from vfix_engine.study.lumen import score_lumen_run
 from vfix_engine.worlds.snake.cavity import cavity_case
 
 # Two labels that face −z, 40 mm ahead of a camera at the origin's height, 100 mm apart along x.
@@ -139,6 +141,7 @@ def test_table_iv_of_a_recorded_run(tmp_path: Path) -> None:
         for name, value in values.items():
             row[names.index(name)] = value
         writer.tick(line)
+    writer.event("request", Reset())  # no steps follow it: it begins nothing
     writer.close()
     found = measured(Run.read(tmp_path / "run"))
     report = found.to_dict()
@@ -149,5 +152,15 @@ def test_table_iv_of_a_recorded_run(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.way[:, 0], np.arange(-10.0, 10.01, 0.5))
     assert found.red.all()
     assert [label.to_dict() for label in found.labels] == [label.to_dict() for label in LABELS]
+    score = score_lumen_run(Run.read(tmp_path / "run"))
+    assert score.completed is False
+    assert (score.depth_mm, score.length_mm, score.reach_mm, score.share, score.insertion_s) == (None,) * 5
+    assert score.task is not None
+    assert (score.task.title, score.task.completed) == ("Labels", False)
+    shown = {row.name: (row.value, row.worse) for row in score.task.rows}
+    assert (shown["Labels traced"], shown["Labels missed"]) == ((1.0, False), (1.0, True))
+    assert shown["Time per label"][0] == pytest.approx(4.0)
+    assert shown["Distance from the arrow"][0] == pytest.approx(0.25)
+    assert shown["Way to a label"][0] is None
     with pytest.raises(InputError, match="no task of study II"):
         measured(Run({}, {}, np.empty((0, 20)), (), True, 0))

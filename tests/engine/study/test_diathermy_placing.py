@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from vfix_engine.anatomy.lumen.wall import Wall
+from vfix_engine.pathway.limits.limits import Configuration, HardLimits, LinksAt
 from vfix_engine.study.diathermy.bend_map import BendMap
 from vfix_engine.study.diathermy.labels import DIAMETER_MM, HALF_MM, marker_on
 from vfix_engine.study.diathermy.placing import HALVES, PlacedLabels, placed_labels
@@ -42,6 +43,8 @@ def test_labels_follow_the_rule_and_the_seed(bends: BendMap, placed: PlacedLabel
         assert len(beneath) > 10
         assert (beneath @ label.normal).max() < 0.0  # the wall is behind the label
         assert label.normal @ label.along == pytest.approx(0.0, abs=1e-12)
+    one = placed_labels(CASE, bends, 2, 1)  # the first of the same six
+    assert one.labels[0].to_dict() == placed.labels[0].to_dict()
     other = placed_labels(CASE, bends, 3, 1)
     assert np.linalg.norm(other.labels[0].centre - placed.labels[0].centre) > 1.0
 
@@ -81,6 +84,17 @@ def test_a_way_between_two_lines_is_of_bends_that_are_free(bends: BendMap, place
     steps = [math.dist(*pair) for pair in itertools.pairwise(way)]
     assert max(steps) < 0.12
     assert not bends.is_free((1.3, -0.5))  # where links are beyond their bounds
+
+
+def test_a_small_motion_from_any_free_bend_can_be_certified(bends: BendMap) -> None:
+    """Not so where the base stands lower: near the pathway's end motions are refused as too large even in parts."""
+    context = bends.context
+    limits = HardLimits(context.query, context.snake, context.bound)
+    for i, j in np.argwhere(bends.free)[::5]:
+        u, v = float(bends.at[i]), float(bends.at[j])
+        before, after = (Configuration(context.base, bends.joints(at)) for at in ((u, v), (0.99 * u + 0.003, 0.99 * v)))
+        verdict = limits.certify(LinksAt(context.packed, context.window, before), after)
+        assert not verdict.exhausted, (u, v)
 
 
 @pytest.mark.parametrize("arm", ["guided", "manual"])

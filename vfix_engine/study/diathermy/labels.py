@@ -10,7 +10,7 @@ import numpy as np
 
 from ...arrays import Array
 
-DIAMETER_MM, LINE_MM = 33.0, 20.0  # Kwok 2013, section IV.D: of a label, and of its arrow and the object on it
+DIAMETER_MM, LINE_MM = 33.0, 20.0  # Kwok 2013, section IV.C.2: of a label, and of its arrow and the object on it
 HALF_MM = 0.5 * LINE_MM
 _GRAZING = 0.05  # cosine: a ray that is nearer to the label's plane meets it nowhere in particular
 _BEHIND_LENS_MM = 1.0

@@ -21,7 +21,7 @@ from .bend_map import BendMap, Steering
 from .labels import DIAMETER_MM, Label
 from .tracing import Tracer
 
-LABELS = 6  # Kwok 2013, section IV.D
+LABELS = 6  # Kwok 2013, section IV.C.2
 CLEAR_MM, HIGHEST_MM = 0.5, 7.0  # of a label over the wall beneath it; where it stands higher the wall is too uneven
 HALVES = ((0.05, 0.5), (0.5, 1.0))  # of the cavity's length from the pelvis up: where labels are drawn, in turns
 _LEAN_DEG = 55.0  # between a label's normal and the direction to the axis
@@ -48,7 +48,7 @@ class PlacedLabels(NamedTuple):
 
 
 def placed_labels(case: CavityCase, bends: BendMap, seed: int, count: int = LABELS) -> PlacedLabels:
-    """Draw labels for a robot in a cavity.
+    """Draw the first ``count`` of the six labels for a robot in a cavity.
 
     Raises:
         InputError: no place for a label was found in 600 draws.
@@ -61,7 +61,7 @@ def placed_labels(case: CavityCase, bends: BendMap, seed: int, count: int = LABE
     for number in range(count):
         first = True
         for _ in range(_DRAWS):
-            label = drawn_label(case, wall, random, number, count)
+            label = drawn_label(case, wall, random, number)
             if label is None or any(_overlap(label, other) for other in labels):
                 continue
             drawn += 1
@@ -77,9 +77,9 @@ def placed_labels(case: CavityCase, bends: BendMap, seed: int, count: int = LABE
     return PlacedLabels(tuple(labels), tuple(tracings), drawn, drawn - count, unselected, seed)
 
 
-def drawn_label(case: CavityCase, wall: Wall, random: np.random.Generator, number: int, count: int) -> Label | None:
-    """A label at a place that is drawn for it; None where the wall is too uneven for one."""
-    share, angle = random.uniform(*HALVES[number % 2]), 2.0 * math.pi * (number + random.random()) / count
+def drawn_label(case: CavityCase, wall: Wall, random: np.random.Generator, number: int) -> Label | None:
+    """Label ``number`` of six, from 0, at a place that is drawn; None where the wall is too uneven for one."""
+    share, angle = random.uniform(*HALVES[number % 2]), 2.0 * math.pi * (number + random.random()) / LABELS
     turn = 2.0 * math.pi * random.random()
     of = case.pathway.contours()
     height = float(share * case.pathway.length)

@@ -20,6 +20,11 @@ from .task import DiathermySample, DiathermyState, first_state, stepped, table_i
 NOTE = "kwok2"  # kind of the note with which the task begins
 
 
+def task_begun(run: Run) -> bool:
+    """Whether a task of study II began in a run."""
+    return any(isinstance(event.content, Note) and event.content.kind == NOTE for event in run.events)
+
+
 def task_note(labels: Sequence[Label], seed: int | None = None) -> Note:
     """The request that records the beginning of the task in a run."""
     return Note(NOTE, {"seed": seed, "labels": [label.to_dict() for label in labels]})
@@ -48,7 +53,7 @@ class DiathermyRun:
 
 
 def measured(run: Run) -> DiathermyRun:
-    """Measure a run from its last note of the task, or the last reset after it, by its rows and commands alone.
+    """Measure a run from its last note of the task, or the last reset after it that steps follow, by the run alone.
 
     Raises:
         InputError: no run of a snake, one without the task, or without steps in it.
@@ -73,7 +78,7 @@ def _task_of(run: Run) -> tuple[tuple[Label, ...], int]:
         content = event.content
         if isinstance(content, Note) and content.kind == NOTE:
             labels, start = _labels(content.content), event.at
-        elif isinstance(content, Reset):
+        elif isinstance(content, Reset) and event.at < len(run.ticks):  # steps follow it
             start = event.at
     if labels is None:
         raise InputError("the run has no task of study II: it has no note of its labels")

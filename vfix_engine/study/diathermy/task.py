@@ -1,7 +1,7 @@
 """The task of study II as a state machine: pure functions over an immutable state, for a page, a replay and a script.
 
 On each label lies a thin object as long as the arrow. It is shortened from its aimed end while the button is held and
-the marker is near that end, and is gone when that end is at the arrow's tip (Kwok 2013, section IV.D).
+the marker is near that end, and is gone when that end is at the arrow's tip (Kwok 2013, section IV.C.2).
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -41,12 +41,13 @@ class LumenScore:
     """The score of a run; lengths in mm, times in s, forces in N.
 
     arm: 'manual', 'guided' or 'certified'; certified: whether every motion was. completed: the tip came to the end of
-    its way. depth_mm: its deepest place; length_mm, reach_mm: of the lumen's pathway, and how far along it this robot
-    can come; share: of the pathway's length. insertion_s: until the deepest place; withdrawal_s: from then until the
-    tip is out, None where it was not drawn back so far.
-    deviation: None of a run whose rows do not have it. nearest_mm: deviation of the link nearest to its bound, over the
-    samples with a link inside; None as there. beyond_bound_mm: the most that a link was beyond its bound, 0 for none.
-    force_n: on the hand. held_by: by constraint. task: what the run's task adds, None without one.
+    its way, or of a robot on a fixed base: its task was done. depth_mm to withdrawal_s: None on a fixed base, from
+    which nothing is inserted. depth_mm: its deepest place; length_mm, reach_mm: of the lumen's pathway, and how far
+    along it this robot can come; share: of the pathway's length. insertion_s: until the deepest place; withdrawal_s:
+    from then until the tip is out, None where it was not drawn back so far. deviation: None of a run whose rows do not
+    have it. nearest_mm: deviation of the link nearest to its bound, over the samples with a link inside; None as there.
+    beyond_bound_mm: the most that a link was beyond its bound, 0 for none. force_n: on the hand. held_by: by
+    constraint. task: what the run's task adds, None without one.
     """
 
     world: str
@@ -57,11 +58,11 @@ class LumenScore:
     completed: bool
     samples: int
     time_s: float
-    depth_mm: float
-    length_mm: float
-    reach_mm: float
-    share: float
-    insertion_s: float
+    depth_mm: float | None
+    length_mm: float | None
+    reach_mm: float | None
+    share: float | None
+    insertion_s: float | None
     withdrawal_s: float | None
     path_length_mm: float
     deviation: Deviation | None
@@ -89,9 +90,8 @@ def score_lumen_run(run: Run, spec: SystemSpec | None = None, wall: TriangleMesh
     spec = spec_of(run) if spec is None else spec
     samples = lumen_samples_of(run, spec)
     assert isinstance(spec, SnakeSystemSpec)  # samples are of no other
-    length, reach = spec.way_mm()
-    deepest = float(samples.depth.max())
-    insertion, withdrawal = _there_and_back(samples)
+    task = task_score(run, wall)
+    way = _way(samples, spec) if spec.base is None else _NO_WAY
     inside = samples.link > 0
     over = np.maximum(samples.beyond, 0.0)
     return LumenScore(
@@ -100,15 +100,15 @@ def score_lumen_run(run: Run, spec: SystemSpec | None = None, wall: TriangleMesh
         certified=is_certified(run.manifest),
         whole=run.whole,
         lost=run.lost,
-        completed=deepest >= reach - END_MM,
+        completed=way.completed if spec.base is None else task is not None and task.completed,
         samples=len(samples.t),
         time_s=float(samples.t[-1]),
-        depth_mm=deepest,
-        length_mm=length,
-        reach_mm=reach,
-        share=deepest / length,
-        insertion_s=insertion,
-        withdrawal_s=withdrawal,
+        depth_mm=way.depth_mm,
+        length_mm=way.length_mm,
+        reach_mm=way.reach_mm,
+        share=way.share,
+        insertion_s=way.insertion_s,
+        withdrawal_s=way.withdrawal_s,
         path_length_mm=float(_ways(samples).sum()),
         deviation=_deviation(samples),
         nearest_mm=_mean_max(samples.deviation[inside]) if inside.any() else None,
@@ -117,8 +117,29 @@ def score_lumen_run(run: Run, spec: SystemSpec | None = None, wall: TriangleMesh
         force_n=_mean_max(np.linalg.norm(samples.force, axis=1)),
         held_s=float(samples.period_s[samples.held].sum()),
         held_by=_held_by(samples),
-        task=task_score(run, wall),
+        task=task,
     )
+
+
+class _Way(NamedTuple):
+    """The figures of an insertion, as in ``LumenScore``."""
+
+    completed: bool
+    depth_mm: float | None
+    length_mm: float | None
+    reach_mm: float | None
+    share: float | None
+    insertion_s: float | None
+    withdrawal_s: float | None
+
+
+_NO_WAY = _Way(False, None, None, None, None, None, None)
+
+
+def _way(samples: LumenSamples, spec: SnakeSystemSpec) -> _Way:
+    length, reach = spec.way_mm()
+    deepest = float(samples.depth.max())
+    return _Way(deepest >= reach - END_MM, deepest, length, reach, deepest / length, *_there_and_back(samples))
 
 
 def _there_and_back(samples: LumenSamples) -> tuple[float, float | None]:

@@ -33,7 +33,7 @@ class TaskScore:
 
 
 # Modules with a function `task_score` as the one below: None for a run that is of no such task.
-TASKS = ["vfix_engine.study.polyps.rows"]
+TASKS = ["vfix_engine.study.polyps.rows", "vfix_engine.study.diathermy.rows"]
 
 
 def task_score(run: Run, wall: TriangleMesh | None = None) -> TaskScore | None:

@@ -1,8 +1,8 @@
 """A cavity case: a body cavity with synthetic organs, and a snake on a fixed base in it (Kwok 2013, study II).
 
 The paper's organs come from a CT and are not published. Here they are rounded bulges of one surface about the pathway
-of ``body_cavity``: nowhere nearer to it than ``GAP_MM``, so a link within a bound of that size touches none of them.
-The surface is closed by a floor and a dome. It is not based on measurements of patients.
+of ``body_cavity``: by ``GAP_MM`` outwards, and nowhere nearer to it than a bound, so a link within its bound touches
+none of them. The surface is closed by a floor and a dome, farther away. It is not based on measurements of patients.
 """
 
 from __future__ import annotations
@@ -23,9 +23,12 @@ from .offline.script import DriveSpec
 from .settings import Arm, DriveSettings, SnakeSettings
 from .spec import LumenContours, SnakeSystemSpec
 
-GAP_MM, CLEFT_MM = 3.0, 14.0  # from the pathway to the top of an organ, and from there to the bottom of a cleft
+GAP_MM, CLEFT_MM = 4.0, 14.0  # radial, from the pathway to the top of an organ, and on to the bottom of a cleft
 BOUND_MM, TIP_BOUND_MM = 3.0, 1.0  # b_i: smaller for the last link as in the paper, which prints no number
-LINKS, BASE_MM = 5, (0.0, 0.0, 6.0)  # Kwok 2013, study II; the base stands in the pelvis and points up, as in fig. 8(b)
+LINKS = 5  # Kwok 2013, study II
+# In the pelvis, pointing up as in fig. 8(b). Where it is lower, bends of the first link near the pathway's end are
+# within the bounds but cannot be certified, as a motion must not come near the end's contour.
+BASE_MM = (0.0, 0.0, 13.0)
 _RINGS, _SECTORS = 120, 168
 _FLOOR_MM, _DOME_MM = 30.0, 34.0  # height of the round ends
 _CAP_RINGS = 14

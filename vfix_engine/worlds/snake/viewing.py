@@ -1,4 +1,4 @@
-"""When a place of a lumen's wall is viewed by the camera at the robot's tip: Kwok 2013, section VI.A."""
+"""When a place of a lumen's wall is viewed by the camera at the robot's tip: Kwok 2013, section IV.C.1 b."""
 
 from __future__ import annotations
 

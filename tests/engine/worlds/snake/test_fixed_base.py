@@ -9,7 +9,9 @@ import pytest
 from lumen_shapes import straight
 from snake_runs import hand
 
+from vfix_engine.anatomy.lumen.wall import Wall
 from vfix_engine.errors import ControlError, InputError
+from vfix_engine.pathway.limits.limits import MOTION_TOLERANCE_MM
 from vfix_engine.pathway.query.query import deviation_of_points
 from vfix_engine.pathway.tissue_motion import breathing
 from vfix_engine.robots.snake import SnakeModel
@@ -19,7 +21,7 @@ from vfix_engine.runtime.operator import Act
 from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import Run, RunWriter
 from vfix_engine.worlds.registry import spec_of
-from vfix_engine.worlds.snake.cavity import GAP_MM, cavity_case
+from vfix_engine.worlds.snake.cavity import BOUND_MM, cavity_case
 from vfix_engine.worlds.snake.offline.script import DriveSpec
 from vfix_engine.worlds.snake.offline.snake_drive import SnakeDrive
 from vfix_engine.worlds.snake.requests import ChooseJoint
@@ -33,14 +35,14 @@ SAME_MM = 2e-10  # as in test_query.py
 
 
 def by_brute_force(state: SnakeState) -> np.ndarray:
-    """(5,) mm: every vertex of a link against every segment of the cavity."""
+    """(5,) mm: every vertex of a link against every segment between the cavity's first contour and its last."""
     vertices, frames = CASE.snake.vertices(500), CASE.snake.frames(state.q, CASE.base)
     packed = CASE.pathway.packed()
     found = []
     for link in range(CASE.snake.links):
         own = vertices.points[vertices.start[link] : vertices.start[link + 1]]
         points = own @ frames[link + 1, :3, :3].T + frames[link + 1, :3, 3]
-        found.append(deviation_of_points(points, packed, 0, len(packed.rows))[0].max())
+        found.append(deviation_of_points(points, packed, 1, len(packed.rows) - 1)[0].max())
     return np.array(found)
 
 
@@ -137,12 +139,36 @@ def test_a_manual_hand_chooses_from_all_joints_as_no_other_moves_them() -> None:
         Driver(CASE.script("certified").build()).apply(ChooseJoint(1))
 
 
-def test_no_organ_is_within_the_bound_of_a_link() -> None:
-    """Every vertex of the organs is outside of the pathway by the gap, but for the slope of the wall there."""
-    packed = CASE.pathway.packed()
-    away = deviation_of_points(CASE.mesh.vertices, packed, 1, len(packed.rows) - 1)[0]
-    assert away.min() > 0.85 * GAP_MM
+def surface_of_the_pathway() -> np.ndarray:
+    """(n, 3) points about 1.5 mm apart: of the pathway's wall, and of the discs of its first contour and its last."""
+    of = CASE.pathway.contours()
+    angle, known = (2.0 * np.pi * np.arange(count) / count for count in (336, of.radius.shape[1]))
+    across = np.cross(of.tangent, of.first)
+    way = np.cos(angle)[None, :, None] * of.first[:, None] + np.sin(angle)[None, :, None] * across[:, None]
+    radius = np.array([np.interp(angle, known, one, period=2.0 * np.pi) for one in of.radius])
+    rim = of.centre[:, None] + radius[..., None] * way
+    wall = [(1.0 - share) * rim[:-1] + share * rim[1:] for share in np.linspace(0.0, 1.0, 15)]
+    ends = [of.centre[end] + share * (rim[end] - of.centre[end]) for end in (0, -1) for share in np.linspace(0, 1, 40)]
+    return np.concatenate([one.reshape(-1, 3) for one in wall + ends])
+
+
+def test_no_organ_floor_or_dome_is_within_the_bound_of_a_link() -> None:
+    """The cavity's whole surface is farther from the pathway than a link may be, in any direction."""
+    clearance = Wall(CASE.mesh).clearance(surface_of_the_pathway(), 1)[0]
+    assert clearance.min() > BOUND_MM + MOTION_TOLERANCE_MM
     assert set(CASE.organ) == set(range(-1, 17))
+
+
+def test_below_the_first_contour_a_link_is_outside() -> None:
+    """The straight segments before the first contour and behind the last are beyond the cavity's floor and dome."""
+    base, q = CASE.base.copy(), np.tile([0.0, 0.75], 5)
+    base[0, 3] = -35.0
+    lowest = CASE.snake.frames(q, base)[:, :3, 3]
+    packed = CASE.pathway.packed()
+    assert lowest[:, 2].min() < -25.0
+    assert (deviation_of_points(lowest, packed, 0, len(packed.rows))[0] == 0.0).all()  # it would be inside of them
+    with pytest.raises(InputError, match="link 5 would start"):
+        replace(CASE.script(), base=base, q_nominal=q).build()
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,8 @@ class DriveConstants:
     a link is inside.
     planner: makes plans within a step; None: plans are made elsewhere and adopted.
     eased: projects joints to the bounds, as ``projected_to_limits``.
-    fixed_base: nothing is inserted, and every link is measured against the whole pathway.
+    fixed_base: nothing is inserted, and every link is measured against the whole pathway,
+        as ``whole_windows``.
     """
 
     snake: SnakeModel

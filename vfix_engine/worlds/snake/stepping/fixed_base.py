@@ -1,7 +1,7 @@
 """A robot on a fixed base: all its links are bent from one nominal shape, and nothing is inserted.
 
-Kwok 2013, section IV.D, study II, and fig. 8: the base stands in a cavity, L = L' links are bent about q̃, and each link
-is measured against the whole pathway of the cavity.
+Kwok 2013, section IV.C.2, study II, and fig. 8: the base stands in a cavity, L = L' links are bent about q̃, and each
+link is measured against the whole pathway of the cavity, from its first contour to its last.
 """
 
 from __future__ import annotations
@@ -61,5 +61,8 @@ def check_fixed(snake: SnakeModel, pathway: Pathway, settings: DriveSettings, ti
 
 
 def whole_windows(segments: int, links: int) -> IntArray:
-    """(L, 2): each link is measured against all segments of a pathway."""
-    return np.tile(np.array([0, segments], dtype=np.int64), (links, 1))
+    """(L, 2): each link is measured against all of a pathway's segments between its first contour and its last.
+
+    The straight ones before and behind them are for a robot that is inserted there; a cavity is closed at both.
+    """
+    return np.tile(np.array([1, segments - 1], dtype=np.int64), (links, 1))
