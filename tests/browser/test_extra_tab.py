@@ -104,7 +104,9 @@ def test_a_world_of_its_own_is_driven_watched_recorded_and_replayed(
     opened = f"sessionStorage.setItem('vfix-open', JSON.stringify({{ case: '{tube}', step: 'tube' }}));"
     there = f"if (window === top && !sessionStorage.getItem('vfix-open')) {opened}"
     station, watching = (open_page(script=there, sample=False).ready() for _ in range(2))
-    expect(station.page.locator("#steps button:visible")).to_have_text(["Patient", "Route", "Drive", "Marker", "Tube"])
+    expect(station.page.locator("#steps button:visible")).to_have_text(
+        ["Patient", "Route", "Drive", "Review", "Marker", "Tube"]
+    )
     station.page.click("#tube-start")
     station.wait_for("the point", lambda: station.rehearsal()["state"] == "running")
     watching.wait_for("the drive of the other page", lambda: watching.rehearsal()["state"] == "running")

@@ -62,11 +62,8 @@ def test_two_polyps_are_looked_at_by_the_wheel(open_page: Open, rest: Rest, tmp_
     station.wait_for("the second one", lambda: _now(station)["cleared"] == 2)
     assert page.evaluate("vfix.endoscope.renderer.bumps.all.length") == 0
     station.picture("task-cleared")
-    page.mouse.move(*_centre(page))
-    for _ in range(8):
-        page.mouse.wheel(0, -100)
-
-    expect(page.locator("#end-card")).to_contain_text("Task completed", timeout=1000.0 * DRIVEN_S)
+    card = page.locator("#end-card")
+    station.wait_for("the end", lambda: "Task completed" in card.inner_text() or _inserted(page), DRIVEN_S)
     expect(page.locator("#end-card")).to_contain_text("Polyps missed")
     station.picture("task-card")
     (run,) = rest.runs(station.state("case")["id"])
@@ -89,6 +86,14 @@ def _to(station: Workstation, depth_mm: float) -> None:
         for _ in range(max(1, round(left / 5.0))):
             page.mouse.wheel(0, -100)
         station.wait_for("rest", lambda: _resting(station))
+
+
+def _inserted(page: Page) -> None:
+    """Some notches more: a busy machine may lose one."""
+    page.mouse.move(*_centre(page))
+    for _ in range(4):
+        page.mouse.wheel(0, -100)
+    page.wait_for_timeout(500)
 
 
 def _resting(station: Workstation) -> bool:

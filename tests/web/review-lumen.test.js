@@ -108,6 +108,6 @@ test("a run from a fixed base, where nothing is inserted, says nothing of depth"
   const names = viewOf(still).facts(still).map(({ name }) => name);
   assert.deepEqual(names.slice(0, 2), ["Time", "Deviations"]);
   const short = withScore(/** @type {any} */ ({ world: "snake", score: null }), still).score;
-  assert.deepEqual([viewOf(still).short(short), viewOf(still).brief(short)], ["7.0 off", "1:01 min"]);
+  assert.deepEqual([viewOf(still).short(short), viewOf(still).brief(short)], ["deviation 7.0 mm", "1:01 min"]);
   assert.equal(lumenFigures([still]).find(({ name }) => name === "Share of the lumen")?.of(still), null);
 });

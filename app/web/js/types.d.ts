@@ -2032,9 +2032,9 @@ export interface ShortScore {
 /**
  * Figures of the score of a run in a lumen; lengths in mm.
  *
- * completed: as in `LumenScorePublic`, or that the task of the run was done. depth_mm: the tip's deepest place, null on
- * a fixed base. deviation_mm: the largest of the link nearest to its bound, null in a run whose rows do not have it.
- * beyond_bound_mm: 0 where no link was beyond it.
+ * completed: as in `LumenScorePublic`, or that the task of the run was done. depth_mm: the tip's deepest place, null
+ * on a fixed base. deviation_mm: the largest of the link nearest to its bound, null in a run whose rows do not have
+ * it. beyond_bound_mm: 0 where no link was beyond it.
  */
 export interface ShortLumenScore {
   certified: boolean;

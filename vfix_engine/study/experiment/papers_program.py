@@ -141,7 +141,10 @@ def _states(rehearsal: Rehearsal, trial: Trial) -> Iterator[tuple[StepState, Han
     """Every few samples of a trial, with the speed that the tool had and the force of the hand."""
     for i in range(1, len(trial.q), EVERY):
         velocity = (trial.q[i] - trial.q[i - 1]) / trial.dt_s
-        yield rehearsal.controller.measure(trial.q[i], velocity), HandCommand(trial.force[i])
+        yield (
+            rehearsal.controller.measure(trial.q[i], velocity),
+            HandCommand(np.array(trial.force[i], dtype=np.float64)),
+        )
 
 
 def _program(
