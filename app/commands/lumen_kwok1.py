@@ -58,7 +58,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--end", type=place, metavar="X,Y,Z", help="of a surface: where the way ends, LPS mm")
     parser.add_argument("--landmarks", type=Path, metavar="FILE", help="of a surface: JSON with places by name")
     parser.add_argument("--polyps", type=positive, default=POLYPS, metavar="N", help=f"default {POLYPS}")
-    parser.add_argument("--links", type=positive, metavar="N", help=f"of 28 mm; default {_PRESET.links}")
+    parser.add_argument(
+        "--links", type=positive, metavar="N", help=f"of 28 mm; default {_PRESET.links}, or fewer that reach the end"
+    )
     parser.add_argument("--radius", type=float, metavar="MM", help="of the robot")
     parser.add_argument("--bound", type=float, metavar="MM", help="how far a link may leave the pathway, everywhere")
     parser.add_argument("--tip-bound", type=float, metavar="MM", help="how far the last link may")
@@ -73,12 +75,12 @@ def run(args: argparse.Namespace, say: Say) -> dict[str, Any]:
     """Do the task; see docs/lumen_tasks.md for the keys."""
     began = time.perf_counter()
     where = _where(args, say)
-    model = _PRESET.snake if args.radius is None else replace(_PRESET.snake, radius_mm=args.radius)
+    model = _PRESET.robot() if args.radius is None else replace(_PRESET.robot(), radius_mm=args.radius)
     named = {"bound_mm": args.bound, "tip_bound_mm": args.tip_bound}
     changed = {name: value for name, value in named.items() if value is not None}
     settings = _PRESET.settings(control=args.control, arm=args.arm, **changed)
     world = polyp_world(
-        where.mesh, where.start, where.end, where.landmarks, model, args.links or _PRESET.links, settings,
+        where.mesh, where.start, where.end, where.landmarks, model, args.links, settings,
         lumen_tissue(args.breathing, args.peristalsis), seed=args.seed, count=args.polyps, anyway=args.anyway,
         every_mm=args.every, say=say,
     )  # fmt: skip

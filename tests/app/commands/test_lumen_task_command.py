@@ -109,6 +109,7 @@ def test_two_polyps_are_cleared_and_the_figures_are_those_of_the_run(
         (["--every", "0"], "between two depths"),
         (["--breathing", "-3"], "amplitude"),
         (["--links", "2"], "and the first polyp is to be at"),
+        (["--links", "30"], "more never come in"),
     ],
 )
 def test_bad_input_is_refused_in_words(
@@ -119,7 +120,9 @@ def test_bad_input_is_refused_in_words(
     except SystemExit as ended:
         status = int(str(ended.code))
     assert status == 2
-    assert words in capsys.readouterr().err
+    told_of = capsys.readouterr().err
+    assert words in told_of
+    assert "what of the wall this robot can view" not in told_of or "--every" in changed  # before the long part
 
 
 def test_ends_without_a_surface_are_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -125,6 +125,10 @@ def test_another_number_of_links_keeps_the_tips_spring() -> None:
     assert settings.threshold == (0.0, 0.0, 0.0)
     assert TABLE_II.for_links(5) == TABLE_II
     assert TABLE_II.for_links(1).spring == (0.45,)
+    assert TABLE_II.for_links(7).spring == (0.07,) * 6 + (0.45,)
+    own = HapticSettings(spring=(0.1, 0.2, 0.3), threshold=(1.0, 2.0, 3.0))
+    assert (own.for_links(2).spring, own.for_links(2).threshold) == ((0.2, 0.3), (2.0, 3.0))
+    assert own.for_links(4).spring == (0.1, 0.1, 0.2, 0.3)
     with pytest.raises(InputError, match="at least 1"):
         TABLE_II.for_links(0)
 

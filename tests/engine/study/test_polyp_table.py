@@ -105,10 +105,8 @@ def test_withdrawal_counts_from_the_deepest_place(series: PolypSeries) -> None:
     assert withdrawal_s(replace(series, tip_mm=back)) == pytest.approx(DT * (count - 10))
 
 
-def test_the_pose_of_a_target_follows_from_the_rows(series: PolypSeries) -> None:
+def test_target_marker_and_camera_follow_from_the_rows(series: PolypSeries) -> None:
     assert len(series.t) == 26  # the task is over, and the rest of the run is not read
-    assert series.local[0] == pytest.approx([0.0, 0.0, 40.0])
-    assert series.facing[0] == pytest.approx([0.0, 1.0, 0.0])
     assert series.target[0] == 0
     assert series.target[-1] == 1
     assert series.viewed.sum() == 6 + 15

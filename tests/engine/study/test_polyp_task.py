@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,6 +18,9 @@ from vfix_engine.study.polyps.placing import WallPlaces, placed
 from vfix_engine.study.polyps.progress import PolypProgress
 from vfix_engine.study.polyps.sight import LumenSight
 from vfix_engine.study.polyps.task import PROUD_MM, Polyp, PolypTask, at_rest
+from vfix_engine.study.polyps.world import polyps_in, way_of
+from vfix_engine.worlds.snake.viewable import PlannedView, Viewable
+from vfix_engine.worlds.snake.viewing import ViewLimits
 
 
 def looking(eye: tuple[float, float, float], turn_deg: float = 0.0) -> Array:
@@ -140,9 +144,18 @@ def test_the_nearest_polyp_ahead_is_aimed_at_and_one_that_is_seen_before_it() ->
     assert start.step(given, far, 60.0, 0.1, targets, free).target == 0
     assert start.step(given, far, 125.0, 0.1, targets, free).target == 1
     assert start.step(given, looking((0.0, 0.0, -15.0)), 150.0, 0.1, targets, free).target == 0
-    missed = start.step(given, far, 199.0, 0.1, targets, free).step(given, far, 200.0, 0.2, targets, free)
+    missed = start.step(given, far, 197.9, 0.1, targets, free).step(given, far, 198.0, 0.2, targets, free)
     assert (missed.completed, missed.reached_t, missed.cleared) == (True, 0.2, 0)
     assert missed.step(given, far, 10.0, 9.0, targets, free) is missed
+
+
+def test_a_task_ends_at_its_landmark_or_2_mm_before_the_depth_that_the_robot_reaches() -> None:
+    away, deep = looking((0.0, 0.0, -100.0)), task(end_mm=200.0)
+    marked = replace(deep, end_name="ascending")
+    for given, tip_mm, completed in ((deep, 198.0, True), (deep, 197.9, False), (marked, 199.9, False)):
+        start = PolypProgress.at_start(given)
+        assert start.step(given, away, tip_mm, 0.1, given.targets(), free).completed is completed
+    assert PolypProgress.at_start(marked).step(marked, away, 200.0, 0.1, marked.targets(), free).completed
 
 
 def test_polyps_move_with_the_wall() -> None:
@@ -161,6 +174,15 @@ def test_a_task_is_written_and_read() -> None:
     assert PolypTask.from_dict(given.to_dict()) == given
     with pytest.raises(InputError, match="no task of polyps"):
         PolypTask.from_dict({"polyps": [{"s_mm": 1.0}]})
+
+
+@pytest.mark.parametrize("name", ["from_mm", "end_mm", "hold_s", "s_mm"])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -1.0])
+def test_a_damaged_task_is_refused(name: str, value: float) -> None:
+    values = task().to_dict()
+    (values["polyps"][0] if name == "s_mm" else values)[name] = value
+    with pytest.raises(InputError, match="no task of polyps"):
+        PolypTask.from_dict(values)
 
 
 @pytest.fixture(scope="module")
@@ -192,6 +214,36 @@ def test_one_polyp_is_drawn_in_each_part_of_the_way_among_the_viewable_places(pl
     assert placed(places, viewable, 100.0, 500.0, seed=4).polyps != given.polyps
     with pytest.raises(InputError, match="between 420 and 460 mm"):
         placed(places, viewable & ((places.s < 420.0) | (places.s >= 460.0)), 100.0, 500.0, seed=3)
+
+
+def test_a_landmark_far_from_the_way_is_not_on_it() -> None:
+    curve = synthetic_course().curve
+    marks = {name: curve.position(s) for name, s in (("rectosigmoid", 100.0), ("ascending", 400.0))}
+    assert way_of(marks, curve, 500.0, 140.0) == (pytest.approx(100.0), pytest.approx(400.0), "ascending")
+    far = {name: place + np.array([0.0, 500.0, 0.0]) for name, place in marks.items()}
+    assert way_of(far, curve, 500.0, 140.0) == (140.0, 500.0, None)
+
+
+def test_polyps_are_drawn_where_their_middles_are_viewed_well(colon: TriangleMesh, places: WallPlaces) -> None:
+    """From 10 mm a triangle is viewed well, and not a polyp's middle, which is 2 mm nearer; from 15 mm both are."""
+    inner = np.flatnonzero((places.s > 100.0) & (places.s < 500.0))[::97]
+    inner = inner[np.argsort(places.s[inner])]
+    views = []
+    for triangle in inner.tolist():
+        camera, ahead = np.eye(4), -places.wall.inward[triangle]
+        x = np.cross(ahead, np.eye(3)[np.abs(ahead).argmin()])
+        camera[:3, :3] = np.column_stack([x, np.cross(ahead, x), ahead]) / [np.linalg.norm(x), np.linalg.norm(x), 1.0]
+        away = 15.0 if triangle in (inner[0], inner[-1]) else 10.0
+        camera[:3, 3] = places.wall.centre[triangle] - away * ahead
+        views.append(PlannedView(90.0, np.empty((0, 10)), camera))
+    view, error = np.full(len(places.s), -1), np.full(len(places.s), np.inf)
+    view[inner], error[inner] = np.arange(len(inner)), 5.0 / 7.0
+    counted = np.ones(len(view), dtype=bool)
+    found = Viewable(tuple(views), view, error, places.s, places.wall.area, 510.0, counted, ViewLimits())
+    given = polyps_in(found, colon, synthetic_course().curve, {}, 100.0, count=2)
+    assert [polyp.wall for polyp in given.task.polyps] == [
+        tuple(places.wall.centre[k].tolist()) for k in inner[[0, -1]]
+    ]
 
 
 def test_a_line_of_sight_ends_at_the_wall_of_the_lumen(colon: TriangleMesh, places: WallPlaces) -> None:

@@ -59,12 +59,13 @@ class HapticSettings:
         return self.f_b_max + self.f_i_max + self.f_h_max
 
     def for_links(self, links: int) -> HapticSettings:
-        """The same for another number of manipulated links: the first link's values for all but the last."""
+        """The same for another number of manipulated links: of fewer the last values, of more the first one again."""
         if links < 1:
             raise InputError(f"{links} manipulated links; there must be at least 1")
         if links == len(self.spring):
             return self
-        springs, thresholds = ((values[0],) * (links - 1) + values[-1:] for values in (self.spring, self.threshold))
+        more = links - len(self.spring)
+        springs, thresholds = ((values[0],) * more + values[-links:] for values in (self.spring, self.threshold))
         return replace(self, spring=springs, threshold=thresholds)
 
 

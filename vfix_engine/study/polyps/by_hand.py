@@ -38,7 +38,11 @@ def polyps_at(
     _, end_mm, end_name = way_of(landmarks, curve, min(curve.length, depth_mm), 0.0)
     places = WallPlaces.of(mesh, curve)
     nearest = np.linalg.norm(places.wall.centre[None] - at[:, None], axis=2).argmin(axis=1)
-    found = [replace(places.polyp(int(one)), wall=checked_place(place)) for one, place in zip(nearest, at, strict=True)]
+    s = np.maximum(places.s[nearest], 0.0)
+    found = [
+        replace(places.polyp(int(one)), s_mm=float(along), axis=checked_place(axis), wall=checked_place(place))
+        for one, along, axis, place in zip(nearest, s, curve.position(s), at, strict=True)
+    ]
     polyps = tuple(sorted(found, key=lambda polyp: polyp.s_mm))
     if polyps[-1].s_mm > end_mm + LIMITS.farthest_mm:
         raise InputError(

@@ -42,7 +42,8 @@ _AHEAD_DEG, _BAND_MM = 30.0, 1.0  # the robot is fed only while the target is ah
 _ASIDE_DEG, _NEAR_MM = 75.0, 11.0  # it is drawn back from one that is nearer, also while it is aside
 _PASSED_DEG = 110.0  # off the optical axis: the camera has passed the target
 _ALONG = 0.2  # least share of a feed that changes the distance
-_BEFORE_END_MM = 1.0  # of the tip, while polyps are left
+_AIM_MOST_S = 60.0  # [s] of one attempt, also where the polyp is viewed and lost again and again
+_BEFORE_END_MM = 1.0  # of the tip, while polyps are left: before the place from which the task is completed
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,7 @@ class PolypOperator:
             yield from self._by_hand(drive, index, polyp_s - offset)
 
     def _by_hand(self, drive: DriveView, index: int, place_mm: float) -> Iterator[Order]:
-        place_mm = min(place_mm, self.task.end_mm - _BEFORE_END_MM, drive.length_mm)
+        place_mm = min(place_mm, self.task.done_mm - _BEFORE_END_MM, drive.length_mm)
         if place_mm > 0.0 and not self._is_cleared(index):
             yield from self._to(drive, place_mm)
             yield from self._aim(drive, index)
@@ -149,13 +150,13 @@ class PolypOperator:
 
     def _aim(self, drive: DriveView, index: int) -> Iterator[Order]:
         """Pull the camera to a polyp and hold it there, until it is cleared or the hand gets no farther."""
-        seek = refine = 0.0
+        seek, refine, until = 0.0, 0.0, drive.state.t + _AIM_MOST_S
         still, before, joint = 0, (math.inf, math.inf), 1
         if drive.state.hand_joint != joint:
             drive.ask(ChooseJoint(joint))
         while True:
             aim, viewed = self._seen(drive, index), self._is_viewed(index)
-            if self._is_cleared(index):
+            if self._is_cleared(index) or (drive.state.t > until and not viewed):
                 return
             if viewed and (aim.accuracy >= _GOOD or refine > _REFINE_S):
                 yield Order(SnakeCommand(), _HOLD_S)
@@ -195,4 +196,4 @@ class PolypOperator:
         if abs(along) < _ALONG * aim.distance_mm:
             return 0.0
         feed = math.copysign(_FEED_MM_S, off * along)
-        return 0.0 if feed > 0.0 and drive.tip_s > self.task.end_mm - _BEFORE_END_MM else feed
+        return 0.0 if feed > 0.0 and drive.tip_s > self.task.done_mm - _BEFORE_END_MM else feed

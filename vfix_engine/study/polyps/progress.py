@@ -19,7 +19,6 @@ Sight = Callable[[Array, int, float], bool]
 """Whether the line from an eye (3,) LPS mm to a polyp of that index is free at a time in s; ``LumenSight`` is one."""
 
 _SAME_S = 1e-9  # sums of steps are rounded
-_SAME_MM = 1e-6
 
 
 class Viewing(NamedTuple):
@@ -106,7 +105,7 @@ class PolypProgress:
             target = self._nearest(task, tip_mm)
             aim = None if target is None else aim_at(camera, targets[target])
         viewings = self._after(target if viewed else None, aim, t, task.hold_s)
-        reached = t if tip_mm >= task.end_mm - _SAME_MM else None
+        reached = t if tip_mm >= task.done_mm else None
         return PolypProgress(t, viewings, target, aim, viewed, reached)
 
     def _seen(self, camera: Array, t: float, targets: Array, sight: Sight) -> tuple[int | None, Aim | None]:

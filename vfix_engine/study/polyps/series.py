@@ -39,8 +39,7 @@ class PolypSeries:
     start_t: s, when it began; t: (n,) s after each step. tip_mm: (n,) arc length of the tip; tip: (n, 3).
     camera: (n, 4, 4) transform_camera_to_patient. deviation: (n, L') mm, the distal links outside the pathway (eq. 9).
     beyond_bound: (n,) mm, the most that any link is beyond its bound; −inf where none is inside.
-    target: (n,) index of the polyp that is aimed at, −1: none. local, facing: (n, 3) its middle in mm and its wall's
-    normal in the camera's frame, not a number without a target. viewed: (n,); marker: (n,) colour value.
+    target: (n,) index of the polyp that is aimed at, −1: none. viewed: (n,); marker: (n,) colour value.
     progress: after the last step.
     """
 
@@ -53,8 +52,6 @@ class PolypSeries:
     deviation: Array
     beyond_bound: Array
     target: IntArray
-    local: Array
-    facing: Array
     viewed: BoolArray
     marker: Array
     progress: PolypProgress
@@ -115,7 +112,7 @@ def polyp_series(run: Run, sight: Sight) -> PolypSeries:
     count = len(aims)
     return PolypSeries(
         task, start_t, t[:count], tip_mm[:count], rows[:count, [at[f"tip_{axis}"] for axis in "xyz"]], camera[:count],
-        rows[:count][:, links], rows[:count, at["beyond_bound"]], *_columns(task, camera, aims), progress, spec.tissue,
+        rows[:count][:, links], rows[:count, at["beyond_bound"]], *_columns(aims), progress, spec.tissue,
     )  # fmt: skip
 
 
@@ -148,14 +145,8 @@ def _aimed(
     return found, progress
 
 
-def _columns(
-    task: PolypTask, camera: Array, steps: list[PolypProgress]
-) -> tuple[IntArray, Array, Array, BoolArray, Array]:
-    """target, local, facing, viewed and marker of ``PolypSeries``."""
+def _columns(steps: list[PolypProgress]) -> tuple[IntArray, BoolArray, Array]:
+    """target, viewed and marker of ``PolypSeries``."""
     target = np.array([-1 if step.target is None else step.target for step in steps], dtype=np.int64)
-    nothing = (np.nan,) * 3
-    local = np.array([nothing if step.aim is None else step.aim.local for step in steps])
-    normals = np.array([*(polyp.normal for polyp in task.polyps), nothing])
-    facing = np.einsum("nij,ni->nj", camera[: len(steps), :3, :3], normals[target])
     viewed, marker = np.array([step.viewed for step in steps]), np.array([step.marker for step in steps])
-    return target, local, facing, viewed, marker
+    return target, viewed, marker

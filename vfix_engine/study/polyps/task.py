@@ -11,10 +11,13 @@ import numpy as np
 from ...arrays import Array
 from ...errors import InputError
 from ...pathway.pathway import TissueMotion
+from ...validate import within
 
 HOLD_S = 7.0  # a polyp disappears when it was viewed for so long, as printed; that it is in one piece is assumed
 PROUD_MM = 2.0  # how far a polyp's middle stands out from the wall; not printed
 RADIUS_MM = 3.0  # of the drawn ball; not printed
+NEAR_END_MM = 2.0  # nearer than that the depth that a robot reaches is reached: tissue that moves changes the way
+_SAME_MM = 1e-6
 FIRST_MARK, LAST_MARK = "rectosigmoid", "ascending"  # landmarks where polyps begin, and where the task ends
 
 Place = tuple[float, float, float]
@@ -44,9 +47,9 @@ class PolypTask:
     """What is to be looked at, and where the task ends.
 
     polyps: in the order of their places along the lumen. from_mm, end_mm: the part of the way in which they are; at the
-    tip's arc length ``end_mm`` the task is completed. end_name: of the landmark there, None where it is the depth that
-    the robot reaches. seed: of the polyps. viewable_share: of the wall in that part, by area, how much this robot can
-    view, None if nobody asked; the polyps are drawn there. hold_s: for how long one has to be viewed.
+    tip's arc length ``done_mm`` the task is completed. end_name: of the landmark at ``end_mm``, None where it is the
+    depth that the robot reaches. seed: of the polyps. viewable_share: of the wall in that part, by area, how much this
+    robot can view, None if nobody asked; the polyps are drawn there. hold_s: for how long one has to be viewed.
     """
 
     polyps: tuple[Polyp, ...]
@@ -56,6 +59,11 @@ class PolypTask:
     seed: int = 0
     viewable_share: float | None = None
     hold_s: float = HOLD_S
+
+    @property
+    def done_mm(self) -> float:
+        """The tip's arc length from which the task is completed: its end, or 2 mm before the depth that is reached."""
+        return self.end_mm - (NEAR_END_MM if self.end_name is None else _SAME_MM)
 
     def targets(self, motion: TissueMotion | None = None, t: float = 0.0) -> Array:
         """(n, 3) LPS mm, the polyps' middles at the time t in s: they move with the wall.
@@ -81,15 +89,16 @@ class PolypTask:
         """The inverse. Raises InputError for what is no such task."""
         try:
             polyps = tuple(
-                Polyp(float(one["s_mm"]), *(checked_place(one[key]) for key in ("wall", "normal", "axis")))
+                Polyp(_length(one, "s_mm"), *(checked_place(one[key]) for key in ("wall", "normal", "axis")))
                 for one in values["polyps"]
             )
             share, name = values["viewable_share"], values["end_name"]
             return cls(
-                polyps, float(values["from_mm"]), float(values["end_mm"]), None if name is None else str(name),
-                int(values["seed"]), None if share is None else float(share), float(values.get("hold_s", HOLD_S)),
+                polyps, _length(values, "from_mm"), _length(values, "end_mm"), None if name is None else str(name),
+                int(values["seed"]), None if share is None else float(share),
+                _length({"hold_s": HOLD_S} | dict(values), "hold_s"),
             )  # fmt: skip
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, InputError) as error:
             raise InputError(f"this is no task of polyps: {error}") from error
 
 
@@ -101,6 +110,11 @@ def at_rest(polyp: Polyp, point: Array, motion: TissueMotion | None, t: float) -
     axis = np.array(polyp.axis)
     rest: Array = axis + (point - axis - shift[0]) / factor[0]
     return rest
+
+
+def _length(values: Mapping[str, Any], name: str) -> float:
+    """A finite number of at least 0. Raises KeyError, InputError."""
+    return within(name, values[name], 0.0)
 
 
 def checked_place(values: Any) -> Place:

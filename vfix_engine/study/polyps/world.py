@@ -17,14 +17,15 @@ from ...pathway.pathway import TissueMotion
 from ...robots.snake import SnakeModel
 from ...snake.conform.conforming import driven_curve
 from ...validate import point
-from ...worlds.snake.lumen import Lumen, lumen_between
+from ...worlds.snake.lumen import FAR_MARK_MM, Lumen, lumen_between
 from ...worlds.snake.narrow import narrowest
 from ...worlds.snake.settings import DriveSettings
+from ...worlds.snake.stepping.start_checks import checked_tip
 from ...worlds.snake.viewable import EVERY_MM, Viewable, viewable_wall
 from .placing import POLYPS, WallPlaces, placed
-from .task import FIRST_MARK, LAST_MARK, PolypTask
+from .task import FIRST_MARK, LAST_MARK, NEAR_END_MM, PROUD_MM, PolypTask
 
-ERROR_AT_MOST = 0.8  # of a planned view of a polyp, as of ``ViewLimits.error``
+ERROR_AT_MOST = 0.8  # of a planned view of a polyp and of the wall under it, as of ``ViewLimits.error``
 _SAME_MM = 1e-6
 
 
@@ -73,20 +74,23 @@ def polyp_world(
     """Prepare a lumen, find what the robot can view of it, and place polyps there by ``polyps_in``.
 
     Args:
-        mesh, start, end, tissue, anyway: as for ``drive_lumen``. model, links: the robot, None links: as many as it
-            takes to the end. seed: of the polyps; count: their number. every_mm: of ``viewable_wall``.
+        mesh, start, end, tissue, anyway: as for ``drive_lumen``. model, links: the robot; None links: those of the
+            model, or as many as it takes to the end where these are fewer. seed: of the polyps; count: their number.
+            every_mm: of ``viewable_wall``.
 
     Raises:
-        InputError: as ``polyps_in``. PathwayError, RobotError: as ``drive_lumen``.
+        InputError: as ``polyps_in``; more links than it takes to the end. PathwayError, RobotError: as ``drive_lumen``.
     """
     say("centreline, followable curve and pathway")
     lumen = lumen_between(mesh, start, end, model, settings, tissue)
-    curve, snake = driven_curve(lumen.pathway, lumen.curve), lumen.snake(model, links)
+    curve = driven_curve(lumen.pathway, lumen.curve)
+    snake = lumen.snake(model, min(model.links, lumen.snake(model, None).links) if links is None else links)
+    checked_tip(snake, curve.length, 0.0, longer_allowed=False)  # refused before the long part
     reach = min(curve.length, snake.reach_mm())
     if not anyway:
         narrowest(lumen.pathway, snake, settings.bound_mm, reach).refuse(snake)
     bending_mm = settings.manipulated * snake.length_mm
-    way_of(landmarks, curve, reach, bending_mm)  # refused before the long part
+    way_of(landmarks, curve, reach, bending_mm)  # as above
     say("what of the wall this robot can view")
     found = viewable_wall(mesh, lumen.pathway, snake, settings, lumen.curve, lumen.slack, every_mm=every_mm)
     return PolypWorld(lumen, snake, settings, polyps_in(found, mesh, curve, landmarks, bending_mm, seed, count))
@@ -115,15 +119,21 @@ def polyps_in(
     """
     from_mm, end_mm, end_name = way_of(landmarks, curve, min(curve.length, found.depth_mm), bending_mm)
     places = WallPlaces.of(mesh, curve)
-    task = placed(places, _viewable(found, end_mm), from_mm, end_mm, end_name, seed, count)
+    viewable = _viewable(found, places, end_mm - (NEAR_END_MM if end_name is None else 0.0))
+    task = placed(places, viewable, from_mm, end_mm, end_name, seed, count)
     return PlacedPolyps(places, task, tuple(_views(task, found, places)))
 
 
 def way_of(
     landmarks: Mapping[str, ArrayLike], curve: Curve, depth: float, bending_mm: float
 ) -> tuple[float, float, str | None]:
-    """From and to which arc length in mm polyps are placed, and the landmark at the end, if it is reached."""
-    at = {name: curve.closest(point(f"the landmark {name!r}", place)) for name, place in landmarks.items()}
+    """From and to which arc length in mm polyps are placed, and the landmark at the end, if it is reached.
+
+    Landmarks that are far from the curve are not on the way.
+    """
+    given = {name: point(f"the landmark {name!r}", place) for name, place in landmarks.items()}
+    at = {name: curve.closest(place) for name, place in given.items()}
+    at = {name: s for name, s in at.items() if float(np.linalg.norm(curve.position(s) - given[name])) <= FAR_MARK_MM}
     from_mm = at.get(FIRST_MARK, min(bending_mm, depth / 3.0))
     reached = LAST_MARK in at and at[LAST_MARK] <= depth + _SAME_MM
     end_mm = at[LAST_MARK] if reached else depth
@@ -132,10 +142,14 @@ def way_of(
     return from_mm, end_mm, LAST_MARK if reached else None
 
 
-def _viewable(found: Viewable, end_mm: float) -> BoolArray:
-    """(F,) triangles that are viewed well enough from before the end of the task."""
+def _viewable(found: Viewable, places: WallPlaces, done_mm: float) -> BoolArray:
+    """(F,) triangles that are viewed well enough, with a polyp on them, from before the task is completed."""
     tip_s = np.array([view.tip_s for view in found.views] or [np.inf])
-    mask: BoolArray = found.mask & found.counted & (found.error <= ERROR_AT_MOST) & (tip_s[found.view] < end_mm)
+    mask: BoolArray = found.mask & found.counted & (found.error <= ERROR_AT_MOST) & (tip_s[found.view] < done_mm)
+    middle = places.wall.centre + PROUD_MM * places.wall.inward
+    for number, view in enumerate(found.views):
+        here = np.flatnonzero(mask & (found.view == number))
+        mask[here] = found.limits.error(view.camera, middle[here]) <= ERROR_AT_MOST
     return mask
 
 

@@ -22,6 +22,7 @@ from ...snake.conform.conforming import driven_curve
 from ...snake.conform.follow import followable
 from .settings import DriveSettings
 
+FAR_MARK_MM = 60.0  # a landmark farther from the robot's curve is not on its way
 _STATION_MM = 0.4  # between two positions at which the width of the surface is measured
 _ROOM_MM = 1.0  # more than the robot's radius: a larger width is not measured
 _MOST_SLACK_MM = 4.0  # one that uses more of a wide section reaches a narrow one in the wrong orientation

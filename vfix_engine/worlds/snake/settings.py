@@ -12,13 +12,13 @@ from ...pathway.checks import MOST_ANGLES, MOST_CONTOURS, MOST_FITTED
 from ...pathway.limits.link_bounds import BOUND_MM, LinkBounds
 from ...robots.snake import MOST_LINKS
 from ...snake.haptics.haptics import HapticSettings
-from ...validate import positive, whole, within
+from ...validate import positive, several, whole, within
 
 Arm = Literal["manual", "guided", "certified"]
 ARMS: tuple[Arm, ...] = ("manual", "guided", "certified")
 Control = Literal["parameterised", "qp", "view"]
 CONTROLS: tuple[Control, ...] = ("parameterised", "qp", "view")
-_FINEST_MM = 0.01  # of a step or between two shapes: with smaller ones a drive takes hours
+FINEST_MM = 0.01  # of a step or between two shapes or depths: with smaller ones a drive takes hours
 _FINEST_S = 1e-5  # of a step
 _MOST_YIELD = 1000.0  # [mm/s per N]
 _LEAST_BOUND_MM, _MOST_OF_LINK = 0.1, 50.0  # [mm] of one link's bound; mm or N/mm of any of its values
@@ -108,8 +108,8 @@ class DriveSettings:
             if getattr(self, name) is not None:
                 positive(_called(name), getattr(self, name))
         for name, low, high in (
-            ("step_s", _FINEST_S, math.inf), ("insertion_step_mm", _FINEST_MM, math.inf),
-            ("waypoint_mm", _FINEST_MM, math.inf), ("r_max", 1.0, math.inf), ("reoptimise_below", 0.0, _MOST_BENT),
+            ("step_s", _FINEST_S, math.inf), ("insertion_step_mm", FINEST_MM, math.inf),
+            ("waypoint_mm", FINEST_MM, math.inf), ("r_max", 1.0, math.inf), ("reoptimise_below", 0.0, _MOST_BENT),
             ("quantile", 0.0, 1.0),
         ):  # fmt: skip
             within(_called(name), getattr(self, name), low, high)
@@ -143,12 +143,13 @@ class DriveSettings:
             given = getattr(self, name)
             if given is None:
                 continue
+            given = several(_called(name), given)
             if len(given) != self.manipulated:
                 raise InputError(f"{_called(name)}: {self.manipulated} values, one for each link, not {len(given)}")
             for value in given:
                 if value is not None or name != "link_bounds_mm":
                     within(_called(name), value, low, _MOST_OF_LINK)
-            object.__setattr__(self, name, tuple(given))
+            object.__setattr__(self, name, given)
 
     def bounds(self, links: int) -> LinkBounds:
         """b_i of a robot of ``links`` links."""

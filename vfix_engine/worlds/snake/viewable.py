@@ -28,11 +28,11 @@ from ...snake.bending.view_search import ViewGoal, view_path
 from ...snake.conform.conformance import conform
 from ...snake.conform.conforming import driven_curve
 from ...snake.control.tip_control import DistalContext
-from ...validate import positive, whole
+from ...validate import whole, within
 from .narrow import narrowest
 from .offline.operators import inserted
 from .offline.snake_drive import SnakeDrive
-from .settings import DriveSettings
+from .settings import FINEST_MM, DriveSettings
 from .stepping.motion import TISSUE_RESERVE_MM
 from .viewing import ViewLimits, WallSight, moved_wall
 
@@ -67,7 +67,7 @@ class Viewable:
 
     view: (F,) row in ``views`` from which a triangle's centroid is viewed best, -1: not viewable. error: (F,) of that
     view as of ``ViewLimits.error``, infinite where there is none: 0 is ideal, 1 at a tolerance.
-    s_mm: (F,) arc length of each triangle along the driven curve; area_mm2: (F,).
+    s_mm: (F,) arc length of each triangle along the driven curve, ``WallSight.arc_lengths``; area_mm2: (F,).
     depth_mm: that the tip reaches. counted: (F,) triangles of the wall between the entry and that depth, the
     denominator of ``share``.
     """
@@ -140,9 +140,9 @@ def viewable_wall(
         progress: called with the share of the way that is done.
 
     Raises:
-        InputError, PathwayError: as ``SnakeDrive``; a distance between depths that is not positive.
+        InputError, PathwayError: as ``SnakeDrive``; a distance between depths of less than 0.01 mm.
     """
-    positive("the distance between two depths in mm", every_mm)
+    within("the distance between two depths in mm", every_mm, FINEST_MM)
     starts = whole("the number of configurations to search from", starts, 1)
     if not times_s:
         raise InputError("a view is looked at one time at least: give times_s")
@@ -162,6 +162,18 @@ class _Moment(NamedTuple):
     packed: PackedPathway
     curve: Curve
     sight: WallSight
+
+
+class _Rest(NamedTuple):
+    """The conforming shape at a moment: base (4, 4), joints (2L,), and (L,) mm how deep each link may be then.
+
+    bound: less what the drive keeps for the tissue, but not less than where the shape itself is; infinite where a link
+    is not measured.
+    """
+
+    base: Array
+    q: Array
+    bound: Array
 
 
 class _Reached(NamedTuple):
@@ -231,7 +243,7 @@ class _Search:
         used, place = np.unique(self._view, return_inverse=True)
         none = int(used[0] == -1)
         views = tuple(self._views[k] for k in used[none:])
-        counted = self._s <= self._depth
+        counted = (self._s >= 0.0) & (self._s <= self._depth)
         return Viewable(
             views, place - none, self._error, self._s, self._wall.area, self._depth, counted, self._limits
         )  # fmt: skip
@@ -337,20 +349,24 @@ class _Search:
             q = after
         return made
 
-    def _rests(self) -> list[tuple[Array, Array]]:
-        """Base and joints of the conforming shape at each moment."""
-        shape, found = self._drive.state.pose.shape, []
+    def _rests(self) -> list[_Rest]:
+        """The conforming shape at each moment."""
+        drive, state = self._drive, self._drive.state
+        shape, found = state.pose.shape, []
         for moment in self._moments:
             tip_s = min(shape.tip_s, moment.curve.length)
-            moved = conform(self._drive.snake, moment.curve, tip_s, shape, None, shape.roll)
-            found.append((moved.base, moved.q))
+            moved = conform(drive.snake, moment.curve, tip_s, shape, None, shape.roll)
+            frames = drive.snake.frames(moved.q, moved.base)
+            depth = drive.query.deviations(moment.packed, frames, state.windows).depth
+            bound = np.minimum(np.maximum(state.bound - self._reserve, depth), state.bound)
+            found.append(_Rest(moved.base, moved.q, np.where(state.measured, bound, np.inf)))
         return found
 
-    def _taken(self, reached: _Reached, rests: list[tuple[Array, Array]]) -> None:
+    def _taken(self, reached: _Reached, rests: list[_Rest]) -> None:
         """Take note of what is viewed from a configuration."""
         triangles, error = self._wall.viewed(reached.camera, self._limits)
-        for moment, (base, rest) in zip(self._moments, rests, strict=True):
-            camera = self._bent(moment, base, rest, reached)
+        for moment, rest in zip(self._moments, rests, strict=True):
+            camera = self._bent(moment, rest, reached)
             if camera is None:
                 return
             also, then = moment.sight.viewed(camera, self._limits)
@@ -363,15 +379,15 @@ class _Search:
             bends = np.array(reached.bends).reshape(-1, self._drive.distal.dof)
             self._views.append(PlannedView(self._drive.tip_s, bends, reached.camera))
 
-    def _bent(self, moment: _Moment, base: Array, rest: Array, reached: _Reached) -> Array | None:
+    def _bent(self, moment: _Moment, rest: _Rest, reached: _Reached) -> Array | None:
         """The camera at a moment with the same bend; None where a link is beyond its bound then."""
         drive = self._drive
-        snake, state = drive.snake, drive.state
-        q = rest.copy()
+        snake = drive.snake
+        q = rest.q.copy()
         if len(reached.bends):
             q[2 * drive.constants.first :] += reached.bends[-1]
         q = snake.clamp(q)
-        depth = drive.query.deviations(moment.packed, snake.frames(q, base), state.windows).depth
-        if (depth > np.where(state.measured, state.bound, np.inf)).any():
+        depth = drive.query.deviations(moment.packed, snake.frames(q, rest.base), drive.state.windows).depth
+        if (depth > rest.bound).any():
             return None
-        return snake.camera(q, base)
+        return snake.camera(q, rest.base)

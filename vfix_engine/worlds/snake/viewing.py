@@ -19,6 +19,8 @@ from .picture.camera_view import FIELD_DEG
 
 _NEIGHBOURS = 24  # points of the curve that are asked for a triangle's arc length
 _SPACING_MM = 2.0  # between two of them
+_BESIDE_MM = 10.0  # of the curve at an end
+_CLOSED = 2.0  # wall beyond an end of the curve that is no farther than so many times the wall beside it closes it
 
 
 @dataclass(frozen=True)
@@ -124,7 +126,11 @@ class WallSight:
         return near[free], error[free]
 
     def arc_lengths(self, line: Curve) -> Array:
-        """(F,) mm, where along a curve each triangle is: of the nearest place of the curve that it faces."""
+        """(F,) mm, where along a curve each triangle is: of the nearest place of the curve that it faces.
+
+        Where the lumen goes on beyond an end of the curve, its triangles there are at the place of the straight
+        extension: below 0, or beyond the curve's length. A closed end belongs to the end of the curve.
+        """
         every = max(round(_SPACING_MM / line.step_mm), 1)
         places = line.points[::every]
         _, found = cKDTree(places).query(self.centre, k=min(_NEIGHBOURS, len(places)))
@@ -132,7 +138,24 @@ class WallSight:
         facing = np.einsum("fnk,fk->fn", places[found] - self.centre[:, None], self.inward) > 0.0
         first = np.where(facing.any(axis=1), facing.argmax(axis=1), 0)
         s: Array = found[np.arange(len(found)), first] * (every * line.step_mm)
+        for point, outwards, end in (
+            (line.points[0], -line.tangents[0], 0), (line.points[-1], line.tangents[-1], len(places) - 1),
+        ):  # fmt: skip
+            end_s = end * every * line.step_mm
+            here = np.flatnonzero((found[:, 0] == end) & (np.abs(s - end_s) <= _NEIGHBOURS * _SPACING_MM))
+            ahead = (self.centre[here] - point) @ outwards
+            here, ahead = here[ahead > 0.0], ahead[ahead > 0.0]
+            beside = np.abs(found[:, 0] - end) * _SPACING_MM <= _BESIDE_MM
+            beside[here] = False
+            if self._goes_on(point, here, np.flatnonzero(beside)):
+                s[here] = ahead + line.length if end else -ahead
         return s
+
+    def _goes_on(self, end: Array, here: IntArray, beside: IntArray) -> bool:
+        """Whether more than a closed end is seen of the wall ``here``, which is ahead of the end of a curve."""
+        away = np.linalg.norm(self.centre[here] - end, axis=1)
+        wide = np.linalg.norm(self.centre[beside] - end, axis=1)
+        return bool(self.free(end, here[away > _CLOSED * (np.median(wide) if len(wide) else 0.0)]).any())
 
 
 def moved_wall(mesh: TriangleMesh, pathway: Pathway, t: float) -> TriangleMesh:

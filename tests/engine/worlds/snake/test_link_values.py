@@ -39,13 +39,15 @@ def test_springs_and_thresholds_are_those_of_table_ii_unless_they_are_set() -> N
     assert own.spring == (0.1, 0.2, 0.3, 0.4, 0.5)
     assert own.threshold == (0.0,) * 5
     assert own.for_links(5) is own
+    assert own.for_links(3).spring == (0.3, 0.4, 0.5)  # of a robot that has fewer links the last ones count
 
 
 @pytest.mark.parametrize(
     ("wrong", "word"),
     [({"link_bounds_mm": (1.0, 2.0)}, "5 values"), ({"springs_n_per_mm": (0.1,) * 4 + (-1.0,)}, "springs_n_per_mm"),
      ({"thresholds_mm": (0.0,) * 4 + (float("nan"),)}, "thresholds_mm"),
-      ({"link_bounds_mm": (0.0,) * 5}, "link_bounds")],
+      ({"link_bounds_mm": (0.0,) * 5}, "link_bounds"), ({"springs_n_per_mm": 0.07}, "are a list"),
+      ({"link_bounds_mm": 3.0}, "are a list"), ({"thresholds_mm": "12345"}, "are a list")],
 )  # fmt: skip
 def test_values_that_no_link_can_have_are_refused(wrong: dict, word: str) -> None:
     with pytest.raises(InputError, match=word):

@@ -38,7 +38,7 @@ from vfix_engine.worlds.registry import spec_of
 from vfix_engine.worlds.snake import LumenContours, LumenSurface, SnakeSettings, SnakeSystemSpec
 from vfix_engine.worlds.snake.lumen import lumen_between
 from vfix_engine.worlds.snake.narrow import narrowest
-from vfix_engine.worlds.snake.offline.drive_lumen import drive_lumen
+from vfix_engine.worlds.snake.offline.drive_lumen import _drawn_back, drive_lumen
 from vfix_engine.worlds.snake.offline.drive_run import STALLED, DriveRun
 from vfix_engine.worlds.snake.offline.look_round import Order, Stop, look_round
 from vfix_engine.worlds.snake.offline.snake_drive import SnakeDrive
@@ -245,6 +245,17 @@ def test_a_drive_that_gets_nowhere_ends_and_says_why() -> None:
         assert run.stalled is None
         run.carry_out(Act(no_command(), note=Order(SnakeCommand(camera_mm_per_s=(1.0, 0.0)), 0.001)))
     assert run.finish(10.0) == run.stalled == f"{STALLED:,} steps in a row moved nothing: link 1 at its bound"
+
+
+def test_a_robot_that_got_nowhere_is_drawn_back_all_the_same() -> None:
+    drive, said = SnakeDrive(SnakeModel(3), straight(200.0, 15.0), COARSE, tip_s=20.0), list[str]()
+    run = DriveRun(drive, [], None, said.append)
+    for _ in range(STALLED):
+        run.carry_out(Act(no_command(), note=Order(SnakeCommand(), 0.001)))
+    assert run.stalled is not None
+    _drawn_back(run, said.append)
+    assert drive.tip_s == pytest.approx(0.0, abs=1e-6)
+    assert said[-1] == "drawn back to 0 mm"
 
 
 def test_a_thin_robot_in_a_thin_lumen_ends_its_look_round() -> None:

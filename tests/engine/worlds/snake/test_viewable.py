@@ -241,6 +241,29 @@ def test_arc_lengths_are_of_the_near_part_of_a_curve_that_comes_back() -> None:
     np.testing.assert_allclose(s[inside], sight.centre[inside, 2], atol=2.1)
 
 
+def test_where_the_lumen_goes_on_its_wall_is_not_at_the_end_of_the_way() -> None:
+    mesh = tube(WIDE)
+    sight = WallSight(mesh, pathway(WIDE).curve())
+    z = sight.centre[:, 2]
+    whole = sight.arc_lengths(pathway(WIDE).curve())
+    assert (whole.min(), whole.max()) == (0.0, pytest.approx(LENGTH, abs=2.0))  # 10 mm more than the way are its ends
+    part = sight.arc_lengths(Curve.through(np.column_stack([np.zeros((9, 2)), np.linspace(60.0, 120.0, 9)])))
+    np.testing.assert_allclose(part, z - 60.0, atol=1.1)
+
+
+def test_the_share_of_a_way_that_ends_within_a_lumen_is_of_the_wall_along_it() -> None:
+    mesh, stiff = tube(7.0, along=401), SnakeModel(3, q_max=1e-9, radius_mm=5.0)
+    way = Pathway(np.column_stack([np.zeros((20, 2)), np.linspace(50.0, 120.0, 20)]), np.full(20, 7.0), 80)
+    found = viewable_wall(mesh, way, stiff, SETTINGS, every_mm=7.0)
+    assert found.depth_mm == pytest.approx(70.0)
+    z = mesh.triangles.mean(axis=1)[:, 2]
+    along = (z > 50.0) & (z < 120.0)
+    area = found.area_mm2
+    assert area[found.counted].sum() == pytest.approx(area[along].sum(), rel=0.03)
+    assert found.share == pytest.approx(area[found.mask & along].sum() / area[along].sum(), abs=0.02)
+    assert (found.mask & (z > 120.0)).any()  # viewed from the end of the way, and not of it
+
+
 def test_errors_of_views_are_shares_of_their_tolerances() -> None:
     limits, far = ViewLimits(), math.sin(math.radians(10.0)) * 15.0
     points = np.array([(0, 0, 15), (0, 0, 22), (0, 0, 22.1), (far, 0, 15 * math.cos(math.radians(10.0))), (0, 0, -15)])
@@ -256,6 +279,8 @@ def test_errors_of_views_are_shares_of_their_tolerances() -> None:
 def test_what_cannot_be_is_refused(folded: TriangleMesh) -> None:
     with pytest.raises(InputError, match="between two depths"):
         viewable_wall(folded, pathway(WIDE), SNAKE, SETTINGS, every_mm=0.0)
+    with pytest.raises(InputError, match="between two depths"):
+        viewable_wall(folded, pathway(WIDE), SNAKE, SETTINGS, every_mm=1e-9)
     with pytest.raises(InputError, match="one time"):
         viewable_wall(folded, pathway(WIDE), SNAKE, SETTINGS, times_s=())
     away = TriangleMesh(folded.vertices + np.array([500.0, 0.0, 0.0]), folded.faces)

@@ -21,7 +21,7 @@ from ....runtime.driver import Log
 from ....snake.conform.conforming import driven_curve
 from ....validate import point as checked_point
 from ....validate import whole
-from ..lumen import Lumen, lumen_between
+from ..lumen import FAR_MARK_MM, Lumen, lumen_between
 from ..narrow import narrowest
 from ..settings import DriveSettings
 from ..stepping.command import SnakeCommand
@@ -49,7 +49,6 @@ __all__ = [
 ]
 
 
-_FAR_MM = 60.0  # [mm] a landmark farther from the curve is not on this path
 _ATTACK_STEPS = 2000  # of the adversarial operator at each place
 
 
@@ -164,6 +163,7 @@ def drive_lumen(
 def _drawn_back(run: DriveRun, say: Callable[[str], None]) -> None:
     """Draw the robot back, until it is out or gets nowhere."""
     drive, driving = run.drive, withdrawn()
+    run.go_on()
     while (act := driving(drive.system, drive.state)) is not None and run.stalled is None:
         run.carry_out(act)
     say(f"drawn back to {drive.tip_s:.0f} mm")
@@ -183,7 +183,7 @@ def _visits(
         s = curve.closest(point)
         away = float(np.linalg.norm(curve.position(s) - point))
         visit, places[name] = Visit(name, s), point
-        if away > _FAR_MM:
+        if away > FAR_MARK_MM:
             visit.note = f"{away:.0f} mm from the path"
         elif s > target:
             visit.note = f"beyond the robot's reach of {target:.0f} mm"

@@ -57,6 +57,10 @@ class DriveRun:
         why = self.drive.state.held_by or "nothing that is known holds it"
         return f"{self._still:,} steps in a row moved nothing: {why}"
 
+    def go_on(self) -> None:
+        """Something else is tried from here: steps that moved nothing so far no longer count."""
+        self._still = 0
+
     def carry_out(self, act: Act) -> Visit | None:
         """One step of the drive; the landmark that the event of its order is about, if there is an event."""
         before, tip_s = self.drive.q.copy(), self.drive.tip_s
