@@ -143,7 +143,7 @@ def _states(rehearsal: Rehearsal, trial: Trial) -> Iterator[tuple[StepState, Han
         velocity = (trial.q[i] - trial.q[i - 1]) / trial.dt_s
         yield (
             rehearsal.controller.measure(trial.q[i], velocity),
-            HandCommand(np.array(trial.force[i], dtype=np.float64)),
+            HandCommand(trial.force[i].astype(float).copy()),
         )
 
 
