@@ -5,16 +5,16 @@ The measured position of a point, transformed to the image, is a cross joined to
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from app.scene import palette
+from app.scene.shape_nodes import ShapeNodes
 
 if TYPE_CHECKING:
-    from app.scene.view import SceneView
+    pass
 
 RADIUS_MM = 2.6
 REJECTED_MM = 1.4
@@ -40,22 +40,8 @@ class FiducialShape:
     measured: tuple[float, float, float] | None = None
 
 
-class FiducialNodes:
+class FiducialNodes(ShapeNodes[FiducialShape]):
     """All balls of the open registration."""
-
-    def __init__(self, view: SceneView) -> None:
-        self._view = view
-        self._drawn: dict[FiducialShape, tuple[Any, ...]] = {}
-
-    def show(self, shapes: Iterable[FiducialShape]) -> None:
-        wanted = list(shapes)
-        with self._view.atomic():
-            for shape in [drawn for drawn in self._drawn if drawn not in wanted]:
-                for node in self._drawn.pop(shape):
-                    node.remove()
-            for shape in wanted:
-                if shape not in self._drawn:
-                    self._drawn[shape] = self._made(shape)
 
     def _made(self, shape: FiducialShape) -> tuple[Any, ...]:
         name = f"/registration/{shape.id}_{shape.state}_{int(shape.selected)}"
@@ -92,9 +78,3 @@ class FiducialNodes:
             thickness=CROSS_PX,
             thickness_units="screen",
         )
-
-    def remove(self) -> None:
-        for nodes in self._drawn.values():
-            for node in nodes:
-                node.remove()
-        self._drawn.clear()

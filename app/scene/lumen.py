@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +12,7 @@ from app.kit.values import Position
 from app.scene import palette
 from app.scene.dragging import DragBall
 from app.scene.lines import Lines, joined
+from app.scene.shape_nodes import ShapeNodes
 from vfix_engine.arrays import Array
 from vfix_engine.geometry.mesh import TriangleMesh
 
@@ -108,22 +108,8 @@ class MarkShape:
     colour: tuple[int, int, int]
 
 
-class MarkNodes:
+class MarkNodes(ShapeNodes[MarkShape]):
     """Polyps and labels on the wall."""
-
-    def __init__(self, view: SceneView) -> None:
-        self._view = view
-        self._drawn: dict[MarkShape, tuple[Any, ...]] = {}
-
-    def show(self, shapes: Iterable[MarkShape]) -> None:
-        wanted = list(shapes)
-        with self._view.atomic():
-            for shape in [drawn for drawn in self._drawn if drawn not in wanted]:
-                for node in self._drawn.pop(shape):
-                    node.remove()
-            for shape in wanted:
-                if shape not in self._drawn:
-                    self._drawn[shape] = self._made(shape)
 
     def _made(self, shape: MarkShape) -> tuple[Any, ...]:
         name = f"/route/marks/{shape.id}"
@@ -136,9 +122,3 @@ class MarkNodes:
             f"{name}_label", shape.name, "bead", above, font_screen_scale=0.8, anchor="bottom-left", depth_test=False
         )
         return ball, label
-
-    def remove(self) -> None:
-        for nodes in self._drawn.values():
-            for node in nodes:
-                node.remove()
-        self._drawn.clear()
