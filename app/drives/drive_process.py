@@ -27,6 +27,7 @@ from vfix_engine.runtime.snapshot import Snapshot
 
 P = TypeVar("P", bound=PreparedDrive[Any])
 T = TypeVar("T", bound=Snapshot)
+Tell = Callable[[str], None]
 
 SILENT_S = 2.0  # a process without a new snapshot for this long hangs; one at rest publishes several a second
 _ENDED = "The control process ended. Start the rehearsal again."
@@ -75,21 +76,23 @@ class DriveProcess(Generic[P, T]):
         with self._lock:
             self.control, self.preset = control, preset
 
-    def tell(self, words: str) -> None:
-        """Show how far the start is, on a preparation's thread. Raises ControlError once nobody waits for it."""
+    def _tell(self, generation: int, words: str) -> None:
+        """Show how far a start is, on its preparation's thread. Raises ControlError once nobody waits for it."""
         with self._lock:
-            if self._state != "starting":
+            if generation != self._generation or self._state != "starting":
                 raise ControlError(_NOT_WANTED)
             self._words = words
 
     def _compiling(self, generation: int, count: int) -> None:
-        if generation == self._generation:
-            self.tell(f"First start: compiling, {count} parts done.")
+        self._tell(generation, f"First start: compiling, {count} parts done.")
 
-    def open(self, made_of: object, prepare: Callable[[], P], executor: Executor, words: str = "Starting …") -> None:
+    def open(
+        self, made_of: object, prepare: Callable[[Tell], P], executor: Executor, words: str = "Starting …"
+    ) -> None:
         """Prepare the drive and start its process in the background; a running one is closed first.
 
-        made_of: the inputs of the preparation, see :meth:`is_for`. words: shown meanwhile.
+        made_of: the inputs of the preparation, see :meth:`is_for`. prepare: gets what shows how far this start is, and
+            raises ControlError once nobody waits for it. words: shown meanwhile.
         """
         self.close()
         with self._lock:
@@ -99,10 +102,10 @@ class DriveProcess(Generic[P, T]):
             self._requested = None
         executor.submit(self._start, generation, made_of, prepare)
 
-    def _start(self, generation: int, made_of: object, prepare: Callable[[], P]) -> None:
+    def _start(self, generation: int, made_of: object, prepare: Callable[[Tell], P]) -> None:
         process: ControlProcess[T] | None = None
         try:
-            prepared = prepare()
+            prepared = prepare(partial(self._tell, generation))
             process = _process(prepared)
             with self._lock:
                 if generation != self._generation:

@@ -6,6 +6,7 @@ import time
 from typing import Any, Generic, TypeVar
 
 from app.drives import commands as c
+from app.drives.drive_process import Tell
 from app.drives.drive_record import DriveRecord
 from app.drives.prepared_drive import PreparedDrive
 from app.drives.sections import DriveSection
@@ -65,8 +66,11 @@ class DriveTab(Tab, Generic[P, T]):
 
     # -- what a subclass says
 
-    def prepare(self) -> P:
-        """What is open, ready to be driven. Called on another thread. Raises VfixError with the reason."""
+    def prepare(self, tell: Tell) -> P:
+        """What is open, ready to be driven. Called on another thread. Raises VfixError with the reason.
+
+        tell: shows how far it is; raises ControlError once nobody waits for it.
+        """
         raise NotImplementedError
 
     def made_of(self) -> object:

@@ -58,7 +58,7 @@ test("a score is said in rows, the task's last; what is beyond a bound stands ou
   const facts = Object.fromEntries(viewOf(SCORE).facts(SCORE).map(({ name, value, worse }) => [name, worse ? `${value}!` : value]));
   assert.deepEqual(facts, {
     Time: "1:01 min", Depth: "412 mm", "Share of the lumen": "50 %", "Time in": "40.0 s", Withdrawal: "not drawn out", Deviations: "3, 2.5 s", "Deviation, largest": "6.3 mm",
-    "Deviation nearest to a bound": "7.0 mm", "Beyond bound": "1.3 mm!", "Path of the tip": "500 mm", "Hand force, mean": "0.25 N", "Hand force, largest": "3.0 N", Held: "1.0 s",
+    "Nearest to a bound": "7.0 mm", "Beyond bound": "1.3 mm!", "Path of the tip": "500 mm", "Hand force, mean": "0.25 N", "Hand force, largest": "3.0 N", Held: "1.0 s",
     "Polyps cleared": "7 of 10!",
   });
   assert.equal(viewOf(SCORE).facts({ ...SCORE, beyond_bound_mm: 0, task: null }).find(({ name }) => name === "Beyond bound")?.value, "0 mm");

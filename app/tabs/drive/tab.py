@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from app.drives import commands as drives
+from app.drives.drive_process import Tell
 from app.drives.shared_drive import SharedDrive
 from app.drives.shared_drives import DriveKey, SharedDrives
 from app.drives.view import details_section
@@ -76,11 +77,11 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
         drive = self.drive
         return LumenDriveOptions() if drive is None or drive.options is None else drive.options
 
-    def prepare(self) -> PreparedSnake:
-        route, drive = self._route, self.drive
-        if route is None or drive is None:
+    def prepare(self, tell: Tell) -> PreparedSnake:
+        route = self._route
+        if route is None or self.drive is None:
             raise ControlError("make a route first.")
-        return prepare(self.workspace.services, route, self.options, drive.tell)
+        return prepare(self.workspace.services, route, self.options, tell)
 
     def enter(self) -> None:
         """Put the robot at the entry where nobody else has it."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import logging
-from functools import partial
 
+from app.drives.drive_process import Tell
 from app.drives.drive_record import HAND, DriveRecord
 from app.drives.shared_drive import SharedDrive
 from app.drives.shared_drives import DriveKey, SharedDrives
@@ -90,8 +90,11 @@ class RehearsalSession(DriveTab[PreparedRehearsal, ToolSnapshot]):
         plan, options, control, preset = self.need_plan(), self.in_force, drive.control, drive.preset
         if len(plan.content.points) < 2:
             raise PlanError("a rehearsal needs a path of two points at least.")
-        executor = self.workspace.executor
-        drive.open(self._key(plan), partial(prepare, self._services, plan, options, control, preset), executor, words)
+
+        def prepared(tell: Tell) -> PreparedRehearsal:  # takes a moment: nothing to tell
+            return prepare(self._services, plan, options, control, preset)
+
+        drive.open(self._key(plan), prepared, self.workspace.executor, words)
 
     def need_plan(self) -> Plan:
         """The open plan. Raises PlanError where there is none."""

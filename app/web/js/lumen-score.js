@@ -27,7 +27,7 @@ export function lumenFacts(score) {
     );
   }
   if (deviation) facts.push({ name: "Deviations", value: `${deviation.episodes}, ${duration(deviation.time_s)}` }, { name: "Deviation, largest", value: `${fixed(deviation.depth_mm?.max ?? 0, 1)} mm` });
-  if (nearest) facts.push({ name: "Deviation nearest to a bound", value: `${fixed(nearest.max, 1)} mm` });
+  if (nearest) facts.push({ name: "Nearest to a bound", value: `${fixed(nearest.max, 1)} mm` });
   facts.push(
     { name: "Beyond bound", value: `${fixed(beyond, beyond > 0 ? 1 : 0)} mm`, worse: beyond > 0 },
     { name: "Path of the tip", value: `${fixed(score.path_length_mm, 0)} mm` },

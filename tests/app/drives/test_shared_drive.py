@@ -11,9 +11,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from session_doubles import Now
+from session_doubles import Later, Now
 
 from app.drives import drive_process, shared_drive
+from app.drives.drive_process import Tell
 from app.drives.live_comments import LiveComments
 from app.drives.shared_drive import SharedDrive
 from app.drives.shared_drives import DriveKey, SharedDrives
@@ -69,7 +70,7 @@ class Process:
         return lambda *values: self.told.append((name, *values))
 
 
-def _prepared() -> PreparedRehearsal:
+def _prepared(tell: Tell | None = None) -> PreparedRehearsal:
     nothing: Any = None
     targets = [PlanItem(name, "target", name, (0.0, 0.0, 0.0)) for name in ("t-1", "t-2")]
     items = (PlanItem("p-1", "point", "P1", (0.0, 0.0, 0.0)), *targets)
@@ -90,9 +91,30 @@ def test_a_robot_stands_for_what_it_was_placed_for(monkeypatch: pytest.MonkeyPat
     """The registration may have been changed after the start was asked for, and changed back since."""
     monkeypatch.setattr(drive_process, "ControlProcess", Process)
     drive: Drive = SharedDrive()
-    drive.open("plan", lambda: replace(_prepared(), made_of=driven), Now())
+    drive.open("plan", lambda tell: replace(_prepared(), made_of=driven), Now())
     assert drive.is_for(driven)
     assert drive.is_for("plan") is (driven == "plan")
+
+
+def test_a_start_that_another_one_replaced_is_told_so_and_shows_no_words(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(drive_process, "ControlProcess", Process)
+    drive: Drive = SharedDrive()
+    later, tells = Later(), list[Tell]()
+
+    def prepared(tell: Tell) -> PreparedRehearsal:
+        tells.append(tell)
+        tell(f"start {len(tells)}")
+        return _prepared()
+
+    drive.open("plan", prepared, later)
+    drive.open("another plan", prepared, later)
+    first, second = later.work
+    first()  # it says how far it is while the second one is starting
+    assert (drive.state, drive.read(ONE).words) == ("starting", "Starting …")
+    second()
+    assert drive.is_for("another plan")
+    with pytest.raises(ControlError, match="not wanted any more"):
+        tells[0]("half way")
 
 
 def test_only_the_holder_moves_the_robot(drive: Drive) -> None:
@@ -511,7 +533,7 @@ def test_whoever_watches_comments_on_a_drive_that_is_recorded(
     monkeypatch.setattr(Process, "snapshot", lambda process: SimpleNamespace(t=1.25))
     monkeypatch.setattr(Process, "recorded", 625, raising=False)
     monkeypatch.setattr(drive_process, "RecordedProcess", Process)
-    drive.open("plan", lambda: replace(_prepared(), recording=recorded), Now())
+    drive.open("plan", lambda tell: replace(_prepared(), recording=recorded), Now())
     drive.comment("  Slower  ")
     for client in (ONE, Client("watcher", "watches")):
         (one,) = drive.read(client).comments
@@ -536,7 +558,7 @@ def test_a_comment_at_the_moment_of_closing_is_refused(
     monkeypatch.setattr(Process, "snapshot", lambda process: SimpleNamespace(t=1.25))
     monkeypatch.setattr(Process, "recorded", property(closing), raising=False)
     monkeypatch.setattr(drive_process, "RecordedProcess", Process)
-    drive.open("plan", lambda: replace(_prepared(), recording=recorded), Now())
+    drive.open("plan", lambda tell: replace(_prepared(), recording=recorded), Now())
     with pytest.raises(ControlError, match="in Review"):
         drive.comment("just now")
     assert comments.all == ()

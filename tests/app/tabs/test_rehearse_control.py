@@ -153,7 +153,7 @@ def test_a_mode_chosen_while_the_robot_comes_is_the_one_that_is_driven(
     settings: Any = ControlSettings()
     begun: Any = PreparedDrive(spec=settings, settings=settings, control=drive.control)
     drive.lease.take(CLIENT)
-    drive.open(tab.made_of(), lambda: begun, later)  # type: ignore[arg-type]
+    drive.open(tab.made_of(), lambda tell: begun, later)  # type: ignore[arg-type]
     if chosen:
         assert _say(tab, chosen, "rate")["mode"] == chosen
     (start,) = later.work
