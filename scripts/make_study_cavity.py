@@ -1,4 +1,4 @@
-"""Write assets/studies/cavity.json, on which study II of Kwok 2013 runs; a change of it is a new version of the study."""
+"""Write assets/studies/cavity.json, for study II of Kwok 2013; a change of it is a new version of the study."""
 
 from __future__ import annotations
 

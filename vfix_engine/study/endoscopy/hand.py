@@ -1,4 +1,4 @@
-"""The hand on the stylus: from a wanted velocity to that of the camera, with lag, noise, tremor and a hand that yields."""
+"""The hand on the stylus: from a wanted velocity to that of the camera, by lag, noise, tremor, and as it yields."""
 
 from __future__ import annotations
 

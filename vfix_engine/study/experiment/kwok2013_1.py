@@ -71,8 +71,8 @@ def assumed() -> dict[str, Any]:
     """Each assumed size, of the people and of the task."""
     people = {f"people: {name}": value for name, value in Endoscopist().to_dict().items()}
     task = {f"task: {number + 1}": words for number, words in enumerate(ASSUMED)}
-    control = {f"control: {arm}": name for arm, name in CONTROL.items()}
-    return people | {f"spread: {name}": value for name, value in SPREADS.items()} | task | control | {
+    return people | {f"spread: {name}": value for name, value in SPREADS.items()} | task | {
+        "control": CONTROL,
         "step_s": STEP_S, "longest_s": LONGEST_S, "order": "the six orders of the arms in turn",
     }  # fmt: skip
 
@@ -119,6 +119,8 @@ def _row(row: PrintedRow, values: Mapping[Arm, Array], tests: Mapping[str, Any])
 def _verdict(paper: float | None, ours: float | None) -> str:
     if ours is None or paper is None:
         return "none missed in the manual arm" if ours is None else ""
+    if ours == 0.0:
+        return "not reached: no difference"
     return "reached" if ours >= paper else "the same way, not reached" if ours > 0.0 else "not reached: the other way"
 
 

@@ -49,7 +49,7 @@ def evaluated(recorded: Mapping[ArmKey, LabelTrial], options: Options) -> dict[s
         means = by_arm({key: mean_of(row, name) for key, row in rows.items()}, subjects)
         tests[name] = compared(means)
         cells += [_own(f"{printed[0].row}, mean over labels", arm, means[arm]) for arm in ARMS]
-    figures = {
+    figures: dict[str, dict[ArmKey, float | None]] = {
         "labels traced": {key: float(one.task.traced) for key, one in recorded.items()},
         "most beyond a bound (mm)": {key: one.beyond_bound_mm for key, one in recorded.items()},
         "whole task (s)": {key: one.task.t if one.task.done else None for key, one in recorded.items()},
