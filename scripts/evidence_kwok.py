@@ -44,7 +44,7 @@ def drawn(report: Mapping[str, Any]) -> dict[str, str]:
         )
     axes.set_yticks(range(len(rows)), list(rows), fontsize=8.5)
     axes.set(xlim=(0.0, MOST + 0.1), ylim=(len(rows) - 0.5, -0.5), xlabel="share of the arm without")
-    axes.legend(frameon=False, fontsize=8.5, loc="lower right")
+    axes.legend(frameon=False, fontsize=8.5, loc="upper right")
     return {"kwok2013-1.svg": _svg(figure)}
 
 

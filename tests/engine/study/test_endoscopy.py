@@ -18,11 +18,11 @@ from vfix_engine.study.diathermy.task import first_state
 from vfix_engine.study.endoscopy import label_run
 from vfix_engine.study.endoscopy.cavity_picture import LabelEye
 from vfix_engine.study.endoscopy.endoscopist import Endoscopist
-from vfix_engine.study.endoscopy.hand import Hand
 from vfix_engine.study.endoscopy.label_person import LabelPerson
 from vfix_engine.study.endoscopy.picture import PolypEye
 from vfix_engine.study.endoscopy.polyp_person import PolypPerson
 from vfix_engine.study.endoscopy.polyp_run import Colon, run_trial
+from vfix_engine.study.endoscopy.stylus_hand import StylusHand
 from vfix_engine.study.experiment.cavity import cavity_of, stored_labels
 from vfix_engine.study.polyps.progress import PolypProgress
 from vfix_engine.study.polyps.sight import LumenSight
@@ -145,7 +145,7 @@ def test_in_study_ii_joints_and_clearances_are_not_seen() -> None:
 def test_a_hand_yields_to_a_force_where_there_is_one_on_the_stylus() -> None:
     still = replace(Endoscopist(), person=replace(Endoscopist().person, tremor_mm=0.0, motion_noise=0.0))
     push = np.array([1.5, -0.5])
-    feels, not_ = (Hand(still, np.random.default_rng(0), 0.01, feels) for feels in (True, False))
+    feels, not_ = (StylusHand(still, np.random.default_rng(0), 0.01, feels) for feels in (True, False))
     np.testing.assert_allclose(feels.moved(np.zeros(2), push), still.yield_mm_per_s_per_n * push)
     np.testing.assert_array_equal(not_.moved(np.zeros(2), push), np.zeros(2))
     for _ in range(300):

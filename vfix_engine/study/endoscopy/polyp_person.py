@@ -25,8 +25,8 @@ from ..person import DriftNoise
 from ..polyps.aiming import REFERENCE_MM, WITHIN_MM
 from ..polyps.progress import PolypProgress
 from .endoscopist import DEG_PER_MM, Endoscopist
-from .hand import Hand
 from .picture import PolypEye, SeenLumen, SeenPolyp
+from .stylus_hand import StylusHand
 
 # How a person goes about it: all assumed.
 LOOK_S = 0.05  # between two looks
@@ -64,7 +64,7 @@ class PolypPerson:
         random = np.random.default_rng(seed)
         self._eye, self._who, self._dt = eye, who, dt_s
         self._manual = arm == "manual"  # without forces on the stylus
-        self._hand = Hand(who, random, dt_s, not self._manual)
+        self._hand = StylusHand(who, random, dt_s, not self._manual)
         self._drift = DriftNoise(random, LOOK_S, who.person.drift_s)
         self._steps, self._every = 0, max(round(LOOK_S / dt_s), 1)
         self._late: deque[SeenLumen] = deque(maxlen=1 + round(who.person.delay_s / LOOK_S))

@@ -11,7 +11,7 @@ from .endoscopist import Endoscopist
 NOISE_S = 0.3  # in which the noise of a motion changes: assumed, as of a hand that follows a path
 
 
-class Hand:
+class StylusHand:
     """One hand in one trial; every random number is drawn from ``random``.
 
     feels: whether forces are on the stylus, as in every arm but the paper's without.
