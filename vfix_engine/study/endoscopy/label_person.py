@@ -29,7 +29,7 @@ from .stylus_hand import StylusHand
 # How a person goes about it: all assumed.
 LOOK_S = 0.05  # between two looks
 _ROUND_MM, _SWING_MM = 45.0, 25.0  # of the hand from its place with a straight robot, while he looks round
-_SWINGS = 2.5  # from low to high and back in one turn, so that the next turn goes between
+_SWINGS = 3.0  # from low to high and back in one turn
 _LEAD_MM = 8.0  # of the place round to which the hand goes, ahead of where it is
 _BEGIN_MM = 1.0  # of the marker from the object's aimed end: the button is pressed
 _STUCK_S, _NEARER_MM = 2.5, 0.5  # without getting nearer: left for another label, and tried again later
@@ -62,7 +62,6 @@ class LabelPerson:
         self._place = np.zeros(2)  # [mm] of the hand from where the robot was straight
         self._target: int | None = None
         self._best, self._stuck_s, self._still_s, self._straight_s = math.inf, 0.0, 0.0, 0.0
-        self._turned = 0.0  # [rad] round without a label in the picture
         self._tries: Counter[int] = Counter()
         self._skip: int | None = None
         self.given_up: set[int] = set()
@@ -105,7 +104,7 @@ class LabelPerson:
 
     def _begin(self, target: int | None) -> None:
         if target is not None and target != self._target:
-            self._skip, self._turned = None, 0.0  # another one is tried in between
+            self._skip = None  # another one is tried in between
         self._target, self._best, self._stuck_s = target, math.inf, 0.0
 
     def _go(self, off_deg: Array, most: float) -> None:
@@ -167,10 +166,7 @@ class LabelPerson:
         towards = radius * np.array([math.cos(self._round), math.sin(self._round)]) - self._place
         away = math.hypot(*towards)
         if away < _LEAD_MM:  # the place round waits for the hand
-            turn = speed * LOOK_S / _ROUND_MM
-            self._round, self._turned = self._round + turn, self._turned + turn
-        if self._turned > 2.0 * math.pi:  # once round, and nothing seen
-            self._turned, self._change = 0.0, True
+            self._round += speed * LOOK_S / _ROUND_MM
         self._wanted = towards * (speed / max(away, speed * LOOK_S))
 
     def _chosen_joint(self) -> tuple[Request, ...]:
