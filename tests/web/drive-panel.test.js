@@ -24,7 +24,7 @@ const focused = (...fit) => ({ closest: (selectors) => selectors.split(", ").fin
 
 test("Space pauses, and a control that has the focus keeps it", () => {
   const { key, sent } = driving();
-  for (const fit of ["button", "select", "summary", "input:not([type=range])", "[contenteditable]"]) assert.equal(key("Space", { target: focused(fit) }), false, fit);
+  for (const fit of ["button", "select", "summary", "input[type=checkbox]", "input:not([type=range]):not([type=checkbox])", "[contenteditable]"]) assert.equal(key("Space", { target: focused(fit) }), false, fit);
   assert.equal(key("Space", { repeat: true }), false, "a key that is held is pressed once");
   assert.deepEqual(sent(), []);
   assert.equal(key("Space"), true);

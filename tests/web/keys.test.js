@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
-import { Keys, letGoOfEverything } from "../../app/web/js/keys.js";
+import { Keys, letGoOfEverything, ownsSpace } from "../../app/web/js/keys.js";
 import { watchTyping } from "../../app/web/js/fields.js";
 import { keyEvent, layOutPage, noted } from "./page.js";
 
@@ -13,6 +13,9 @@ function rehearsing() {
   const connection = noted({ step: { input: "drive" } });
   return { connection, keys: new Keys(connection) };
 }
+
+/** What an event of a key has, to be laid on one that is dispatched. */
+const keyFields = (code) => ({ code, key: code, repeat: false, ctrlKey: false, metaKey: false, altKey: false, shiftKey: false });
 
 /** Let the events that wait be handled, and the timers behind them. */
 const handled = () => new Promise((go) => { setTimeout(go, 5); });
@@ -304,4 +307,24 @@ test("Escape folds an open explanation first, and takes back nothing of the plan
   assert.deepEqual([open, focused, connection.sent], [false, 1, []]);
   keys.down(keyEvent("Escape"));
   assert.deepEqual(connection.sent, [["ghost.cancel"]]);
+});
+
+test("a box or a button that was clicked leaves Space to the page, until Tab gives it the focus; text keeps it", () => {
+  const { window } = page;
+  rehearsing();
+  const focused = (selector) => ({ target: { closest: (selectors) => (selectors.split(", ").includes(selector) ? {} : null) } });
+  const box = focused("input[type=checkbox]"), button = focused("button"), text = focused("[contenteditable]");
+  const owned = () => [box, button, text].map(ownsSpace);
+  const happens = (name, fields = {}) => window.dispatchEvent(Object.assign(new Event(name), fields));
+  happens("keydown", keyFields("Tab"));
+  happens("focusin");
+  assert.deepEqual(owned(), [true, true, true]);
+  happens("pointerdown");
+  happens("focusin");
+  assert.deepEqual(owned(), [false, false, true]);
+  happens("keydown", keyFields("Space"));
+  assert.deepEqual(owned(), [false, false, true]);
+  happens("keydown", keyFields("Tab"));
+  happens("focusin");
+  assert.deepEqual(owned(), [true, true, true]);
 });

@@ -47,6 +47,7 @@ export class Keys {
     window.addEventListener("keyup", (event) => this.up(event));
     window.addEventListener(LET_GO, () => this.letGo());
     watchForLoss();
+    watchFocus();
   }
 
   /**
@@ -187,12 +188,25 @@ export function isFindKey(event) {
   return (event.ctrlKey || event.metaKey) && !event.shiftKey && !event.altKey && letterOf(event) === "K";
 }
 
+/** Whether the control that has the focus was given it by a pointer. */
+let focusByPointer = false;
+
+function watchFocus() {
+  let pointing = false;
+  const options = { capture: true };
+  window.addEventListener("pointerdown", () => { pointing = true; }, options);
+  window.addEventListener("keydown", ({ code }) => { if (code === "Tab") pointing = false; }, options);
+  window.addEventListener("focusin", () => { focusByPointer = pointing; }, options);
+}
+
 /**
- * Whether the control that has the focus is pressed or ticked by Space; a slider is not.
+ * Whether Space writes in the control that has the focus, presses it or ticks it. A slider does nothing with it, and a control
+ * that was clicked leaves it to the page: who has just ticked a box and presses Space wants the robot to stop.
  * @param {Pick<KeyboardEvent, "target">} event
  */
 export function ownsSpace({ target }) {
-  return Boolean(/** @type {Partial<Element> | null} */ (target)?.closest?.("button, select, summary, input:not([type=range]), [contenteditable]"));
+  const within = (/** @type {string} */ controls) => Boolean(/** @type {Partial<Element> | null} */ (target)?.closest?.(controls));
+  return within("select, input:not([type=range]):not([type=checkbox]), [contenteditable]") || (!focusByPointer && within("button, summary, input[type=checkbox]"));
 }
 
 /**
