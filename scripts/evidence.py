@@ -12,7 +12,7 @@ from typing import Any
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGE, REPORTS = DOCS / "evidence.md", DOCS / "evidence"
 LEAST = 0.001  # a smaller figure, such as a p value, is written as a power of ten
-BLOCK = re.compile(r"<!-- (\w+) of (\w+) -->\n.*?<!-- end -->", re.DOTALL)
+BLOCK = re.compile(r"<!-- (\w+) of ([\w-]+) -->\n.*?<!-- end -->", re.DOTALL)
 
 
 def written(page: str, reports: Path = REPORTS) -> str:
@@ -74,6 +74,33 @@ def times(report: Mapping[str, Any]) -> str:
     return table(["Time", "Paper, Pentium IV, 2 GHz", "Ours, median"], rows)
 
 
+def compared(report: Mapping[str, Any]) -> str:
+    """Each pair of arms by subjects: difference with its interval, effect size, and p after Holm."""
+    rows = [
+        [
+            name, pair, str(one["n"]), number(one["mean"], None), interval(one["ci95"]), number(one["d_z"], None),
+            number(one["p_t"], None), number(one["p_t_holm"], None), number(one["p_wilcoxon"], None),
+        ]
+        for name, pairs in report["pairs"].items()
+        for pair, one in pairs.items()
+    ]  # fmt: skip
+    return table(["Quantity", "Pair", "n", "Mean", "95 % interval", "d_z", "p, t", "Holm", "p, Wilcoxon"], rows)
+
+
+def agrees(report: Mapping[str, Any]) -> str:
+    """What of the paper's text and tables agrees."""
+    return "\n".join(f"- {one}" for one in report["agrees"])
+
+
+def used(report: Mapping[str, Any]) -> str:
+    """What the run took and how many finished."""
+    left = ", ".join(f"{count} {arm}" for arm, count in report["unfinished"].items())
+    return (
+        f"{report['subjects']} subjects in three arms, seed {report['seed']}: {report['cpu_s']:.0f} s of processor. "
+        f"Trials that did not end their task: {left}."
+    )
+
+
 def contradictions(report: Mapping[str, Any]) -> str:
     """Where the papers contradict themselves."""
     return "\n".join(f"- {one}" for one in report["contradictions"])
@@ -81,7 +108,7 @@ def contradictions(report: Mapping[str, Any]) -> str:
 
 TABLES: Mapping[str, Callable[[Mapping[str, Any]], str]] = {
     "cells": cells, "fitted": fitted, "assumed": assumed, "order": order, "times": times,
-    "contradictions": contradictions,
+    "contradictions": contradictions, "compared": compared, "agrees": agrees, "used": used,
 }  # fmt: skip
 
 
@@ -96,6 +123,12 @@ def printed(value: float | None, spread: float | None) -> str:
     if value is None:
         return ""
     return f"{value:g}" if spread is None else f"{value:g} ± {spread:g}"
+
+
+def interval(ends: list[float | None]) -> str:
+    """An interval, or nothing."""
+    low, high = ends
+    return "" if low is None or high is None else f"{low:.3g} to {high:.3g}"
 
 
 def number(value: float | None, spread: float | None) -> str:

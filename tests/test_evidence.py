@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from scripts import evidence, evidence_figures
+from scripts import evidence, evidence_figures, evidence_kwok
 from vfix_engine.study.experiment.fit import Fitted
+from vfix_engine.study.experiment.kwok_figures import KWOK_III, KWOK_IV
 from vfix_engine.study.experiment.paper_figures import LI_2004, LI_2007
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -15,7 +16,7 @@ DOCS = Path(__file__).resolve().parent.parent / "docs"
 def test_the_tables_are_those_of_the_reports() -> None:
     page = (DOCS / "evidence.md").read_text(encoding="utf-8")
     assert evidence.written(page) == page
-    assert page.count("<!-- cells of") == 2
+    assert page.count("<!-- cells of") == 4
 
 
 @pytest.mark.parametrize(("study", "printed"), [("li2004", LI_2004), ("li2007", LI_2007)])
@@ -31,7 +32,7 @@ def test_a_report_has_the_printed_figures_and_the_stored_fit(study: str, printed
 
 def test_a_changed_report_changes_the_page(tmp_path: Path) -> None:
     page = (DOCS / "evidence.md").read_text(encoding="utf-8")
-    for name in ("li2004", "li2007"):
+    for name in ("li2004", "li2007", "kwok2013-1", "kwok2013-2"):
         report = json.loads((DOCS / "evidence" / f"{name}.json").read_text(encoding="utf-8"))
         report["cells"][0]["ours"] += 0.5
         (tmp_path / f"{name}.json").write_text(json.dumps(report), encoding="utf-8")
@@ -42,9 +43,37 @@ def test_the_figures_are_those_of_the_report_and_all_are_shown() -> None:
     report = json.loads((DOCS / "evidence" / "li2007.json").read_text(encoding="utf-8"))
     page = (DOCS / "evidence.md").read_text(encoding="utf-8")
     drawn = evidence_figures.drawn(report)
-    assert {file.name for file in (DOCS / "evidence").glob("*.svg")} == set(drawn)
+    assert {file.name for file in (DOCS / "evidence").glob("li2007_*.svg")} == set(drawn)
     for name, text in drawn.items():
         assert (DOCS / "evidence" / name).read_text(encoding="utf-8") == text, name
         assert f"(evidence/{name})" in page
     report["traces"]["trials"]["freehand"]["seen_error_mm"][3] += 0.5
     assert {name for name, text in evidence_figures.drawn(report).items() if text != drawn[name]} == {"li2007_15.svg"}
+
+
+@pytest.mark.parametrize(
+    ("study", "printed"),
+    [
+        ("kwok2013-1", [one for row in KWOK_III.values() for one in row]),
+        ("kwok2013-2", [one for row in KWOK_IV.values() for one in row]),
+    ],
+)
+def test_a_report_of_kwok_2013_has_the_printed_figures(study: str, printed: list[object]) -> None:
+    report = json.loads((DOCS / "evidence" / f"{study}.json").read_text(encoding="utf-8"))
+    named = {(cell["table"], cell["row"], cell["column"]): cell for cell in report["cells"]}
+    for one in printed:
+        cell = named[one.table, one.row, one.column]  # type: ignore[attr-defined]
+        assert (cell["paper"], cell["paper_sd"]) == (one.value, one.sd)  # type: ignore[attr-defined]
+        assert cell["n"] <= report["subjects"]
+    assert report["fitted"] == {}
+    assert report["schema"] == "vfix-evidence/1"
+
+
+def test_the_figure_of_kwok_2013_is_that_of_its_report() -> None:
+    report = json.loads((DOCS / "evidence" / "kwok2013-1.json").read_text(encoding="utf-8"))
+    drawn = evidence_kwok.drawn(report)
+    for name, text in drawn.items():
+        assert (DOCS / "evidence" / name).read_text(encoding="utf-8") == text
+        assert f"(evidence/{name})" in (DOCS / "evidence.md").read_text(encoding="utf-8")
+    next(cell for cell in report["cells"] if cell["column"] == "with DAC")["ours"] *= 0.5
+    assert evidence_kwok.drawn(report) != drawn

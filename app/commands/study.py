@@ -15,13 +15,24 @@ from app.commands import study_own
 from app.commands.counts import natural, positive
 from app.exchange.plan_files import write_export
 from app.exchange.runs.export import check_folder
-from vfix_engine.study.experiment import li2004, li2007
+from vfix_engine.study.experiment import kwok2013_1, kwok2013_2, li2004, li2007
+from vfix_engine.study.experiment.arms import QUICK_SUBJECTS
+from vfix_engine.study.experiment.kwok_figures import SUBJECTS as KWOK_SUBJECTS
 from vfix_engine.study.experiment.options import LABORATORIES, SUBJECTS, TRIALS, Options
 from vfix_engine.study.experiment.papers_program import measured_times
 
 NOTICE = "Not for clinical use."
-STUDIES: Mapping[str, Callable[[Options], dict[str, Any]]] = {"li2004": li2004.run, "li2007": li2007.run}
+STUDIES: Mapping[str, Callable[[Options], dict[str, Any]]] = {
+    "li2004": li2004.run,
+    "li2007": li2007.run,
+    "kwok2013-1": kwok2013_1.run,
+    "kwok2013-2": kwok2013_2.run,
+}
 _TITLES = {"li2004": "Li & Taylor 2004, section V", "li2007": "Li, Ishii & Taylor 2007, section V"}
+_KWOK = {
+    "kwok2013-1": "Kwok 2013, section IV.C.1, study I: polyps in a colon",
+    "kwok2013-2": "Kwok 2013, section IV.C.2, study II: lines in a cavity",
+}
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
@@ -30,16 +41,27 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     for name, title in _TITLES.items():
         one = studies.add_parser(name, help=title, description=f"The experiments of {title}.")
         one.add_argument("--quick", action="store_true", help="one set of trials for all laboratories, no sweeps")
-        one.add_argument("--seed", type=natural, default=0, help="of people, trials and laboratory (default 0)")
-        one.add_argument("--workers", type=positive, default=os.cpu_count() or 1, help="processes (all cores)")
         one.add_argument("--trials", type=positive, default=TRIALS, help=f"of each mode (default {TRIALS})")
         if name == "li2007":
             one.add_argument("--subjects", type=_several, default=SUBJECTS, help=f"default {SUBJECTS}; 2 at least")
             one.add_argument("--laboratories", type=positive, default=LABORATORIES, help="for the order's share")
-        one.add_argument("-o", "--output", metavar="FILE", type=Path, help="write the report there as well")
-        one.add_argument("--json", action="store_true", help="one JSON object on stdout")
+        _add_common(one)
+    for name, title in _KWOK.items():
+        one = studies.add_parser(name, help=title, description=f"{title}, in three arms.")
+        one.add_argument("--quick", action="store_true", help=f"the first {QUICK_SUBJECTS} subjects")
+        one.add_argument("--subjects", type=_several, default=KWOK_SUBJECTS, help=f"default {KWOK_SUBJECTS}")
+        one.add_argument("--scheduler", metavar="tcp://…", help="a Dask scheduler, whose workers run the trials")
+        _add_common(one)
     study_own.add_parsers(studies, os.cpu_count() or 1)
     return parser
+
+
+def _add_common(one: argparse.ArgumentParser) -> None:
+    """Add the options that every paper's study has."""
+    one.add_argument("--seed", type=natural, default=0, help="of people, trials and laboratory (default 0)")
+    one.add_argument("--workers", type=positive, default=os.cpu_count() or 1, help="processes (all cores)")
+    one.add_argument("-o", "--output", metavar="FILE", type=Path, help="write the report there as well")
+    one.add_argument("--json", action="store_true", help="one JSON object on stdout")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -57,9 +79,10 @@ def _run_paper(args: argparse.Namespace) -> int:
         seed=args.seed,
         quick=args.quick,
         subjects=getattr(args, "subjects", SUBJECTS),
-        trials=args.trials,
+        trials=getattr(args, "trials", TRIALS),
         laboratories=getattr(args, "laboratories", LABORATORIES),
         workers=args.workers,
+        scheduler=getattr(args, "scheduler", None),
         progress=_told(args.json),
     )
     found = STUDIES[args.study](options)

@@ -14,7 +14,8 @@ class Options:
     """Size and seed of a study.
 
     looks: trials of target inspection. quick: one set of trials for all laboratories, and no sweeps.
-    workers: processes. progress: called with the completed fraction, 0 … 1; an exception from it ends the study.
+    workers: processes; scheduler: address of a Dask scheduler instead, 'tcp://…'; of the studies of Kwok 2013 alone.
+    progress: called with the completed fraction, 0 … 1; an exception from it ends the study.
     """
 
     seed: int = 0
@@ -24,4 +25,5 @@ class Options:
     looks: int = LOOKS
     laboratories: int = LABORATORIES
     workers: int = 1
+    scheduler: str | None = None
     progress: Callable[[float], object] = bool
