@@ -271,7 +271,7 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
             return "Make a route first, in Route."
         if now.shown_state == "starting":
             return "The robot comes to the entry."
-        fixed = now.prepared is not None and now.prepared.path.base is not None
+        fixed = "labels" in self._offered()  # on a base in the cavity
         if fixed and now.shown_state != "running":
             return "Press Start, then drag in the picture."
         if fixed and now.mine:
