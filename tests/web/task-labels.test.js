@@ -39,7 +39,7 @@ test("C holds the button of the tool while there is one, and everything lets go 
   button.follow(true);
   assert.equal(press(), true);
   assert.equal(press(), true, "a repeat");
-  window.dispatchEvent(Object.assign(new Event("keyup"), { code: "KeyC" }));
+  globalThis.window.dispatchEvent(Object.assign(new Event("keyup"), { code: "KeyC" }));
   press();
   button.follow(false);
   assert.deepEqual(connection.sent, [["drive.cut", { on: true }], ["drive.cut", { on: false }], ["drive.cut", { on: true }], ["drive.cut", { on: false }]]);
