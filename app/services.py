@@ -36,7 +36,7 @@ class Services:
         from app.cases.service import CaseService
         from app.kit.jobs import Jobs
         from app.lumen.service import RouteService
-        from app.lumen.shipped_colon import ensure_colon_phantoms
+        from app.lumen.shipped_lumens import ensure_lumen_phantoms
         from app.plans.service import PlanService
         from app.plans.shipped_head import ensure_head_phantom
         from app.store import Store
@@ -51,7 +51,7 @@ class Services:
         self.instruments = self.plans.instruments
         self.jobs = Jobs()
         self.lumen_routes = RouteService(self.store, self.cases, self.jobs)
-        ensure_colon_phantoms(self.store, self.cases, self.lumen_routes)
+        ensure_lumen_phantoms(self.store, self.cases, self.lumen_routes)
         self.tracker = _tracker(settings)
 
     def _add_images(self) -> None:

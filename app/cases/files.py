@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from dataclasses import fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.resources import assets_dir
 
+if TYPE_CHECKING:  # slow to load
+    from vfix_engine.worlds.snake.cavity import CavityCase
+
 ASSET, STORED = "asset:", "sha256:"
 # The phantom's CT is shipped without noise, which its loader adds.
 PHANTOM_CT: dict[str, Callable[[], Volume]] = {"phantom:head": load_head_ct, "phantom:nose": load_nose_ct}
@@ -34,9 +37,18 @@ def shipped_colon(hard: bool = False) -> ColonCase:
     return colon_case(hard=hard)
 
 
+@functools.cache
+def shipped_cavity() -> CavityCase:
+    """The synthetic body cavity of study II of Kwok 2013, made once in a process."""
+    from vfix_engine.worlds.snake.cavity import cavity_case
+
+    return cavity_case()
+
+
 PHANTOM_SURFACES: dict[str, Callable[[], TriangleMesh]] = {
     "phantom:colon": lambda: shipped_colon().mesh,
     "phantom:hardcolon": lambda: shipped_colon(hard=True).mesh,
+    "phantom:cavity": lambda: shipped_cavity().mesh,
 }
 
 

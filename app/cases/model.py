@@ -23,9 +23,11 @@ from vfix_engine.files.volume import BONE_HU
 
 HEAD_PHANTOM = "head-phantom"  # id of the case that travels with vfix
 
+CAVITY = "phantom:cavity"  # source of its surface
+CAVITY_PHANTOM = "cavity-phantom"  # id of the body cavity that travels with vfix
 COLON_PHANTOM = "colon-phantom"  # id of the lumen that travels with vfix
 HARD_COLON = "colon-hard"  # the one with collapsed stretches and tight flexures
-SHIPPED = (HEAD_PHANTOM, COLON_PHANTOM, HARD_COLON)
+SHIPPED = (HEAD_PHANTOM, COLON_PHANTOM, HARD_COLON, CAVITY_PHANTOM)
 
 Bounds = tuple[Position, Position]  # smallest and largest LPS coordinates [mm]
 

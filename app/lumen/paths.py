@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import math
 import threading
@@ -14,6 +15,7 @@ from msgspec.structs import replace
 from app.cases.service import CaseService
 from app.kit.cache import Cache
 from app.kit.jobs import Job, Jobs, Progress
+from app.lumen.cavity import cavity_lumen, cavity_path, is_cavity
 from app.lumen.contours import hand_contours, with_contours
 from app.lumen.document import Route, StoredRoute
 from vfix_engine.arrays import Array
@@ -24,7 +26,7 @@ from vfix_engine.robots.snake import SnakeModel
 if TYPE_CHECKING:  # slow to load, and a planner without a lumen needs none of it
     from vfix_engine.pathway.hand_contours import EditedPathway
     from vfix_engine.pathway.pathway import Contours, TissueMotion
-    from vfix_engine.worlds.snake import DriveSettings
+    from vfix_engine.worlds.snake import DriveSettings, LumenContours
     from vfix_engine.worlds.snake.lumen import Lumen
     from vfix_engine.worlds.snake.reach import Reach
 
@@ -46,6 +48,7 @@ class RoutePath:
     edited: its control contours, and which of them were placed by hand.
     s_mm (n,), radius_mm (n,), wall_mm (n,): along the pathway, its least radius and the distance to the wall.
     reach: how deep the robot comes, and what would come deeper. surface: of the pathway, at rest.
+    base: (4, 4) transform_base_to_patient of a robot that stands there; None: it is inserted.
     """
 
     lumen: Lumen
@@ -58,6 +61,17 @@ class RoutePath:
     wall_mm: Array
     reach: Reach
     surface: TriangleMesh
+    base: Array | None = None
+
+    @property
+    def contours(self) -> LumenContours:
+        """The lumen as a control process takes it; a robot on a fixed base follows no curve."""
+        from vfix_engine.worlds.snake import LumenContours
+
+        made = LumenContours.of(self.lumen)
+        return (
+            made if self.base is None else dataclasses.replace(made, curve_points=None, curve_step_mm=0.0, slack=None)
+        )
 
     @property
     def length_mm(self) -> float:
@@ -112,6 +126,8 @@ class RoutePaths:
 
         def found() -> Lumen:
             with _MAKING:
+                if is_cavity(self._cases.get(case_id)):
+                    return cavity_lumen()
                 return _fitted(self._cases.case_surface(case_id), content)
 
         return self._fits.get(self._fit_key(case_id, content), found)
@@ -163,6 +179,8 @@ class RoutePaths:
             with _MAKING:
                 if progress is not None:
                     progress("Trying how deep the robot comes", 0.6)
+                if is_cavity(self._cases.get(route.case_id)):
+                    return cavity_path(route.content)
                 return _path(self._cases.case_surface(route.case_id), route.content, fit)
 
         return self._known.get(self.key(route), found)

@@ -4,16 +4,24 @@ from __future__ import annotations
 
 import logging
 import threading
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
+from vfix_engine.arrays import Array
 from vfix_engine.error_places import error_places
 from vfix_engine.errors import ControlError
 
 if TYPE_CHECKING:  # slow to load, as in `paths`
+    from collections.abc import Sequence
+
     from vfix_engine.pathway.pathway import TissueMotion
     from vfix_engine.robots.snake import SnakeModel
     from vfix_engine.runtime.process import ControlProcess
+    from vfix_engine.runtime.requests import Note
     from vfix_engine.runtime.ring import RowReader
+    from vfix_engine.runtime.system import Column
+    from vfix_engine.study.diathermy.labels import Label
+    from vfix_engine.study.diathermy.live import LiveLabels
+    from vfix_engine.study.diathermy.task import DiathermyState
     from vfix_engine.study.polyps.live import LiveProgress
     from vfix_engine.study.polyps.progress import PolypProgress, Sight
     from vfix_engine.study.polyps.task import PolypTask
@@ -22,37 +30,52 @@ _LOG = logging.getLogger(__name__)
 LOOK_S = 0.02  # between two looks at the rows
 
 
-class TaskWatch:
-    """Study I of one drive, from its first step on. Its properties may be read from any thread.
+class Live(Protocol):
+    """A task that is stepped with the rows of its drive."""
 
-    progress: None before the drive is ready. trouble: why what is shown may differ from the run, '' where it does not.
+    @property
+    def completed(self) -> bool: ...
+
+    def read(self, lines: Array) -> object: ...
+
+
+L = TypeVar("L", bound=Live)
+
+
+class TaskWatch(Generic[L]):
+    """The task of one drive, from its first step on. Its properties may be read from any thread.
+
+    live: None before the drive is ready. trouble: why what is shown may differ from the run, '' where it does not.
     """
 
-    def __init__(self, task: PolypTask, snake: SnakeModel, motion: TissueMotion | None, sight: Sight) -> None:
-        self.task, self.motion = task, motion
-        self._snake, self._sight = snake, sight
-        self.progress: PolypProgress | None = None
+    def __init__(self) -> None:
+        self.live: L | None = None
         self.trouble = ""
+
+    def note(self) -> Note:
+        """What records the beginning of the task in the run."""
+        raise NotImplementedError
+
+    def follow(self, columns: Sequence[Column]) -> L:
+        """The task before the first row; rows have these columns."""
+        raise NotImplementedError
 
     def begin(self, process: ControlProcess[Any]) -> None:
         """Record the beginning of the task and follow the drive, which has made no step yet, until it ends.
 
         Raises ControlError where the process has ended.
         """
-        from vfix_engine.study.polyps.live import LiveProgress
-        from vfix_engine.study.polyps.series import task_note
-
         reader = process.rows()
-        process.apply(task_note(self.task))
-        live = LiveProgress(self.task, self._snake, self.motion, reader.columns, self._sight)
-        self.progress = live.progress
+        process.apply(self.note())
+        live = self.follow(reader.columns)
+        self.live = live
         threading.Thread(target=self._follow, args=(reader, live), name="vfix-task", daemon=True).start()
 
-    def _follow(self, reader: RowReader, live: LiveProgress) -> None:
+    def _follow(self, reader: RowReader, live: L) -> None:
         pause = threading.Event()
         try:
-            while not reader.ended and not live.progress.completed:
-                self.progress = live.read(reader.read())
+            while not reader.ended and not live.completed:
+                live.read(reader.read())
                 if reader.lost:
                     self.trouble = "Steps were missed here; the score has them."
                 pause.wait(LOOK_S)
@@ -62,3 +85,51 @@ class TaskWatch:
                 _LOG.error("a task is not followed any more: %s", error_places(error))
         finally:
             reader.close()
+
+
+class PolypWatch(TaskWatch["LiveProgress"]):
+    """Study I of one drive."""
+
+    def __init__(self, task: PolypTask, snake: SnakeModel, motion: TissueMotion | None, sight: Sight) -> None:
+        super().__init__()
+        self.task, self.motion = task, motion
+        self._snake, self._sight = snake, sight
+
+    @property
+    def progress(self) -> PolypProgress | None:
+        """After the newest row; None before the drive is ready."""
+        return None if self.live is None else self.live.progress
+
+    def note(self) -> Note:
+        from vfix_engine.study.polyps.series import task_note
+
+        return task_note(self.task)
+
+    def follow(self, columns: Sequence[Column]) -> LiveProgress:
+        from vfix_engine.study.polyps.live import LiveProgress
+
+        return LiveProgress(self.task, self._snake, self.motion, columns, self._sight)
+
+
+class LabelWatch(TaskWatch["LiveLabels"]):
+    """Study II of one drive. seed: by which the labels were drawn."""
+
+    def __init__(self, labels: tuple[Label, ...], seed: int, snake: SnakeModel) -> None:
+        super().__init__()
+        self.labels, self.seed = labels, seed
+        self._snake = snake
+
+    @property
+    def state(self) -> DiathermyState | None:
+        """After the newest row; None before the drive is ready."""
+        return None if self.live is None else self.live.state
+
+    def note(self) -> Note:
+        from vfix_engine.study.diathermy.table import task_note
+
+        return task_note(self.labels, self.seed)
+
+    def follow(self, columns: Sequence[Column]) -> LiveLabels:
+        from vfix_engine.study.diathermy.live import LiveLabels
+
+        return LiveLabels(self.labels, self._snake, columns)

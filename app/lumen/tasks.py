@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from app.cases.files import shipped_cavity
 from app.cases.service import CaseService
 from app.kit.errors import NotFound
+from app.lumen.cavity import is_cavity
 from app.lumen.document import Route, StoredRoute
 from app.lumen.paths import RoutePath, RoutePaths
 from app.lumen.views import RouteViews
@@ -19,20 +21,24 @@ from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 
 if TYPE_CHECKING:  # slow to load, as in `paths`
+    from vfix_engine.study.diathermy.labels import Label
     from vfix_engine.study.polyps.task import PolypTask
 
+TaskName = Literal["polyps", "labels"]
 PolypPlaces = Literal["seed", "route"]
 POLYPS, HOLD_S = 10, 7.0  # as printed
 
 
 @dataclass(frozen=True)
 class TaskChoice:
-    """Study I as it is chosen. places: drawn by the seed where the robot can view them, or those of the route.
+    """A task as it is chosen: study I, polyps, or study II, labels in the body cavity.
 
-    count: of drawn polyps; hold_s: for how long each has to be viewed. Both are the paper's unless a test wants less.
+    places: of polyps, drawn by the seed where the robot can view them, or those of the route; labels are drawn by the
+    seed. count: of drawn ones, of labels six at most; hold_s: for how long a polyp has to be viewed. Both are the
+    paper's unless a test wants less.
     """
 
-    task: Literal["polyps"] = "polyps"
+    task: TaskName = "polyps"
     places: PolypPlaces = "seed"
     seed: int = 0
     count: int = POLYPS
@@ -73,6 +79,28 @@ class RouteTasks:
         path = self._paths.wait(route)
         task = self._of_route(route, path) if choice.places == "route" else self._drawn(route, path, choice, heard)
         return replace(task, hold_s=choice.hold_s)
+
+    def offered(self, case_id: str | None) -> tuple[TaskName, ...]:
+        """What can be done in a case: labels in the body cavity, polyps in every other lumen."""
+        try:
+            return () if case_id is None else ("labels",) if is_cavity(self._cases.get(case_id)) else ("polyps",)
+        except (NotFound, StorageError):
+            return ()
+
+    def labels(self, route: StoredRoute, choice: TaskChoice) -> tuple[Label, ...]:
+        """The labels of study II, where the robot of a route can trace them; takes seconds.
+
+        Raises InputError where the robot is not on a fixed base, or no label can be placed.
+        """
+        from vfix_engine.study.diathermy.bend_map import BendMap
+        from vfix_engine.study.diathermy.placing import LABELS, placed_labels
+
+        path = self._paths.wait(route)
+        if path.base is None:
+            raise InputError("labels are traced in the body cavity, from a fixed base; open that case.")
+        case = replace(shipped_cavity(), pathway=path.lumen.pathway, snake=path.snake)
+        bends = BendMap(case.script().build())
+        return placed_labels(case, bends, choice.seed, min(choice.count, LABELS)).labels
 
     def _of_route(self, route: StoredRoute, path: RoutePath) -> PolypTask:
         from vfix_engine.snake.conform.conforming import driven_curve

@@ -13,6 +13,7 @@ from app.kit.cache import Cache
 from app.kit.jobs import ENDED, Job, Jobs, Progress
 from app.lumen.document import StoredRoute
 from app.lumen.paths import RoutePaths
+from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 
 if TYPE_CHECKING:  # slow to load, as in `paths`
@@ -86,6 +87,8 @@ class RouteViews:
         from vfix_engine.worlds.snake.viewable import viewable_wall  # slow to load, as in `paths`
 
         path = self._paths.make(route)
+        if path.base is not None:
+            raise InputError("what a robot can view is searched along a lumen; this one stands on a fixed base.")
         mesh = self._cases.case_surface(route.case_id)
         found = viewable_wall(
             mesh, path.lumen.pathway, path.snake, path.settings, path.lumen.curve, path.lumen.slack,

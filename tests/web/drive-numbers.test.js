@@ -40,7 +40,7 @@ const { tissueGroup } = await import("../../app/tabs/drive/tissue.js");
 const connection = connectionOf({}), sent = () => connection.sent.splice(0);
 const LINK = { bound_mm: null, threshold_mm: 2, spring_n_per_mm: 0.5 };
 const OPTIONS = { arm: "manual", preset: null, links: [LINK, LINK, LINK, LINK, { ...LINK, bound_mm: 8 }], open: true };
-const TASK = { task: "polyps", places: "seed", seed: 7, marks: 0, open: true, now: null };
+const TASK = { offered: ["polyps"], labels: null, task: "polyps", places: "seed", seed: 7, marks: 0, open: true, now: null };
 const ROUTE = { breathing_mm: 3, breathing_period_s: 4, peristalsis: 0.25, peristalsis_period_s: 6, locked: false };
 const drawn = (/** @type {any} */ { options = OPTIONS, task = TASK, route = ROUTE } = {}) => {
   controlGroup(connection, options, null, false);

@@ -57,7 +57,7 @@ test("a SpaceMouse that no browser has allowed yet can be asked for", () => {
 
 test("a task whose polyps were drawn says from how much of the wall", () => {
   const now = { of: 10, cleared: 0, held_s: 0, hold_s: 7, viewed: false, completed: false, words: "", end_mm: 500, end_name: "ascending", viewable_share: 0.876 };
-  const told = (/** @type {any} */ changed) => String(taskGroup(connectionOf({}), /** @type {any} */ ({ task: "polyps", places: "route", seed: 0, marks: 2, open: true, now: { ...now, ...changed } })));
+  const told = (/** @type {any} */ changed) => String(taskGroup(connectionOf({}), /** @type {any} */ ({ offered: ["polyps"], labels: null, task: "polyps", places: "route", seed: 0, marks: 2, open: true, now: { ...now, ...changed } })));
   assert.match(told({}), /Drawn from the viewable 88 % of the wall/);
   assert.doesNotMatch(told({ viewable_share: null }), /Drawn from the/);
 });

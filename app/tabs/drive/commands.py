@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from app.drives import commands as drives
-from app.lumen.tasks import HOLD_S, POLYPS
+from app.lumen.tasks import HOLD_S, POLYPS, TaskName
 from app.messages.fields import ClientMessage
 
 Bound = Annotated[float, Field(ge=0.1, le=50.0, allow_inf_nan=False)]  # [mm]
@@ -58,15 +58,23 @@ class ChooseTask(ClientMessage):
     """A task of Kwok 2013 for the next run; null: none. The run ends, and the next begins at the entry.
 
     places: of the polyps, drawn by the seed where the robot can view them, or those of the route. count: of drawn
-    ones; hold_s: for how long each has to be viewed. Both are the paper's if left out.
+    ones, six labels at most; hold_s: for how long each polyp has to be viewed. Both are the paper's if left out.
     """
 
     type: Literal["drive.task"]
-    task: Literal["polyps"] | None
+    task: TaskName | None
     places: Literal["seed", "route"] = "seed"
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
     count: Annotated[int, Field(ge=1, le=20)] = POLYPS
     hold_s: Annotated[float, Field(ge=0.1, le=60.0, allow_inf_nan=False)] = HOLD_S
+
+
+class CutTool(ClientMessage):
+    """The button of the tool is held, or let go of; it needs heartbeats as every hand."""
+
+    urgent: ClassVar[bool] = True
+    type: Literal["drive.cut"]
+    on: bool
 
 
 class ShowBends(ClientMessage):
@@ -85,5 +93,6 @@ COMMANDS: tuple[type[ClientMessage], ...] = (
     TurnJoint,
     SetLinkValues,
     ChooseTask,
+    CutTool,
     ShowBends,
 )

@@ -9,6 +9,7 @@ import { draw, hintLine, html, live, nothing, said, titled } from "/static/js/te
 import { forceSound } from "/static/js/endoscope/force-sound.js";
 import { snakeAxes } from "./axes.js";
 import { controlGroup } from "./control.js";
+import { ToolButton } from "./tool-button.js";
 import { SnakeStatus } from "./status.js";
 import { taskGroup } from "./task.js";
 import { tissueGroup } from "./tissue.js";
@@ -31,6 +32,7 @@ export default class DrivePanel {
   constructor({ connection, keys }) {
     this.connection = connection;
     this.status = new SnakeStatus();
+    this.tool = new ToolButton(connection, keys);
     this.devices = new HandDevices(keys, (axes) => connection.send("axes", snakeAxes(axes, this.devices.kind, this.devices.spaceMouse.pressed)));
     this.layout = "";
     this.endCard = new EndCard(connection, undefined, ({ route }) => route, "robot");
@@ -47,8 +49,9 @@ export default class DrivePanel {
   }
 
   /** @param {ViewModel} state */
-  follow({ step, rehearsal }) {
+  follow({ step, rehearsal, drive_task: task }) {
     const held = this.connection.connected && step?.name === "drive" && Boolean(rehearsal?.mine);
+    this.tool.follow(held && rehearsal?.state === "running" && task?.task === "labels");
     this.devices.follow(held, held && rehearsal?.state === "running");
   }
 
@@ -57,7 +60,7 @@ export default class DrivePanel {
     if (step?.name !== "drive") return;
     const runs = Boolean(rehearsal?.mine) && rehearsal?.state === "running";
     this.endCard.update(this.connection.state);
-    this.finishTask(runs && Boolean(task?.now?.completed));
+    this.finishTask(runs && Boolean(task?.now?.completed || task?.labels?.completed));
     draw(this.element, html`${this.endCard.element}
       <div class="group" id="arms">${controlGroup(this.connection, options, snake, runs)}</div>
       <div class="group" id="task">${taskGroup(this.connection, task)}</div>
@@ -66,7 +69,7 @@ export default class DrivePanel {
       <div class="group">${titled("Handle", null, this.handle(rehearsal))}</div>
       <div class="group" id="devices">${titled("Device", null, this.device())}</div>
       <div class="group">${titled("View", null, this.views(snake))}</div>
-      <div class="group">${tissueGroup(this.connection, route)}</div>`);
+      <div class="group">${snake?.fixed ? nothing : tissueGroup(this.connection, route)}</div>`);
   }
 
   /**
@@ -108,7 +111,7 @@ export default class DrivePanel {
           @click=${() => this.connection.send(running ? "rehearsal.pause" : "rehearsal.start")}>${running ? "Pause" : state === "paused" ? "Continue" : "Start"}</button>
         <button type="button" id="reset" ?disabled=${!(mine && LIVE.includes(state)) && !silent}
           @click=${() => this.connection.send(silent ? "rehearsal.end" : "rehearsal.reset")}>${silent ? "End process" : "Reset"}</button>
-      </div>${hintLine("drive-help", "Wheel inserts, drag turns.", HELP)}`;
+      </div>${hintLine("drive-help", this.connection.state.snake?.fixed ? "Drag turns the camera." : "Wheel inserts, drag turns.", HELP)}`;
   }
 
   /**
@@ -157,12 +160,14 @@ export default class DrivePanel {
 function figures(snake) {
   const { nearest } = snake;
   const facts = [
-    ["Depth", `${fixed(snake.depth_mm, 0)} of ${fixed(snake.length_mm, 0)} mm`],
-    ["Links inside", `${snake.links_inside} of ${snake.links}`],
+    ...(snake.fixed ? [["Base", `Fixed, ${snake.links} links`]] : [
+      ["Depth", `${fixed(snake.depth_mm, 0)} of ${fixed(snake.length_mm, 0)} mm`],
+      ["Links inside", `${snake.links_inside} of ${snake.links}`],
+    ]),
     ["Deviation", nearest ? `${fixed(nearest.deviation_mm, 1)} of ${fixed(nearest.bound_mm, 1)} mm, link ${nearest.link}` : "–"],
     ["Bend", snake.straight ? "Straight" : fixed(snake.bend, 2)],
   ];
   const part = snake.length_mm ? Math.min(1, snake.depth_mm / snake.length_mm) : 0;
   return html`<dl class="facts" id="snake-facts">${facts.map(([term, value]) => html`<dt>${term}</dt><dd>${value}</dd>`)}</dl>
-    <div class="progress"><div style=${`width: ${(100 * part).toFixed(1)}%`}></div></div>`;
+    ${snake.fixed ? nothing : html`<div class="progress"><div style=${`width: ${(100 * part).toFixed(1)}%`}></div></div>`}`;
 }

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from app.drives.prepared_drive import PreparedDrive
 from app.lumen.document import Route, StoredRoute
 from app.lumen.paths import RoutePath
-from app.lumen.task_watch import TaskWatch
+from app.lumen.task_watch import LabelWatch, PolypWatch, TaskWatch
 from app.lumen.tasks import route_polyps
 from app.services import Services
 from app.tabs.drive.options import LumenDriveOptions
 from vfix_engine.runtime.process import ControlProcess
 from vfix_engine.worlds.registry import SNAKE
-from vfix_engine.worlds.snake import DriveSettings, LumenContours, SnakeSettings, SnakeSystemSpec
+from vfix_engine.worlds.snake import DriveSettings, SnakeSettings, SnakeSystemSpec
 from vfix_engine.worlds.snake.snapshot import SnakeSnapshot
 
 STEP_S = 0.002  # of control: a step whose program turns the view takes a millisecond where cores are few
@@ -31,7 +32,7 @@ class PreparedSnake(PreparedDrive[SnakeSnapshot]):
     path: RoutePath
     route: Route
     drive: DriveSettings
-    task: TaskWatch | None = None
+    task: TaskWatch[Any] | None = None
 
     def begin(self, process: ControlProcess[SnakeSnapshot]) -> None:
         if self.task is not None:
@@ -52,8 +53,8 @@ def prepare(
     drive = options.settings(path.settings)
     task = watched_task(services, route, path, options, tell)
     SNAKE.wait(lambda: tell(f"First start: preparing the snake, {100 * SNAKE.progress():.0f} %"))
-    settings = SnakeSettings(step_s=STEP_S, bound_mm=route.content.bound_mm)
-    spec = SnakeSystemSpec(LumenContours.of(path.lumen), path.snake, settings, drive, path.tissue)
+    settings = SnakeSettings(step_s=STEP_S, bound_mm=drive.bound_mm, tip_bound_mm=drive.tip_bound_mm)
+    spec = SnakeSystemSpec(path.contours, path.snake, settings, drive, path.tissue, base=path.base)
     recording, unrecorded = services.recordings.attempt(route.case_id, route.id, route.name)
     return PreparedSnake(
         spec=spec,
@@ -71,20 +72,23 @@ def prepare(
 
 def watched_task(
     services: Services, route: StoredRoute, path: RoutePath, options: LumenDriveOptions, tell: Callable[[str], object]
-) -> TaskWatch | None:
+) -> TaskWatch[Any] | None:
     """The task that is chosen, None for none. Raises VfixError where it cannot be made of this route."""
     if options.task is None:
         return None
     from vfix_engine.study.polyps.sight import LumenSight
 
     tasks = services.lumen_routes.tasks
+    if options.task.task == "labels":
+        tell("Drawing labels that this robot can trace …")
+        return LabelWatch(tasks.labels(route, options.task), options.task.seed, path.snake)
     task = tasks.polyps(
         route,
         options.task,
         lambda share: tell(f"Searching what this robot can view, {100 * share:.0f} %. Takes minutes."),
     )
     tell("Starting …")
-    return TaskWatch(task, path.snake, path.tissue, LumenSight(tasks.wall(route.case_id), task, path.tissue))
+    return PolypWatch(task, path.snake, path.tissue, LumenSight(tasks.wall(route.case_id), task, path.tissue))
 
 
 def made_of(services: Services, route: StoredRoute, options: LumenDriveOptions) -> object:

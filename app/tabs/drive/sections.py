@@ -52,8 +52,8 @@ class SnakeView(TypedDict):
     insertion_mm_per_s, camera_mm_per_s: speeds of an axis that is fully deflected. breathing_mm: 0 where there is none.
     arm: of this drive; certified: in the arm of that name only. joint: that a manual hand turns, 1: the last.
     yield_mm_per_s_per_n: admittance by which a guided pull yields to the force, 0 in other arms.
-    behind: of the pathway. steered: the control has control bends; bends: how many are known here, shown: whether this
-    window shows them.
+    behind: of the pathway. steered: the control has control bends; shown: whether this window shows them.
+    fixed: the robot stands on a fixed base and bends; nothing is inserted.
     """
 
     depth_mm: float
@@ -74,8 +74,8 @@ class SnakeView(TypedDict):
     yield_mm_per_s_per_n: float
     behind: BehindWallView | None
     steered: bool
-    bends: int
     shown: bool
+    fixed: bool
 
 
 class TaskPolypView(TypedDict):
@@ -86,16 +86,15 @@ class TaskPolypView(TypedDict):
 
 
 class TaskNowView(TypedDict):
-    """The task of this drive. polyps: those that are left, of so many; target: number of the one aimed at, from 1.
+    """Study I of this drive. polyps: those that are left, of so many.
 
-    held_s: for how long it is viewed, of hold_s. frame_deg: half the opening of the aiming frame. end_mm: of the tip,
-    where the task ends; end_name: of the landmark there. viewable_share: of the wall there, None if nobody asked.
-    words: why this may differ from the run's score.
+    held_s: for how long what is aimed at is viewed, of hold_s. frame_deg: half the opening of the aiming frame. end_mm:
+    of the tip, where the task ends; end_name: of the landmark there. viewable_share: of the wall there, None if nobody
+    asked. words: why this may differ from the run's score.
     """
 
     of: int
     cleared: int
-    target: int | None
     viewed: bool
     held_s: float
     hold_s: float
@@ -109,18 +108,49 @@ class TaskNowView(TypedDict):
     words: str
 
 
+class TaskLabelView(TypedDict):
+    """A label of study II, LPS: its middle in mm, unit vectors of its face and of its arrow, and what is to be cut.
+
+    end_mm: of the object's aimed end along the arrow, from −10 to 10, where it is done.
+    """
+
+    centre: Position
+    normal: Position
+    along: Position
+    end_mm: float
+
+
+class LabelsNowView(TypedDict):
+    """The labels of this drive. traced: how many are done; aimed: number of the one under the marker, from 1.
+
+    cutting: its object is being shortened. near_mm: as near the marker has to be. words: why this may differ from the
+    run's score.
+    """
+
+    labels: list[TaskLabelView]
+    traced: int
+    aimed: int | None
+    cutting: bool
+    near_mm: float
+    completed: bool
+    words: str
+
+
 class DriveTaskView(TypedDict):
     """The task that is chosen for the drive that is there, or comes next; None for none.
 
-    marks: polyps of the route, which may be the task's. open: this client may choose.
+    offered: what can be done in this case. marks: polyps of the route, which may be the task's. open: this client may
+    choose. now, labels: of this drive, by the task.
     """
 
-    task: Literal["polyps"] | None
+    offered: list[Literal["polyps", "labels"]]
+    task: Literal["polyps", "labels"] | None
     places: Literal["seed", "route"]
     seed: int
     marks: int
     open: bool
     now: TaskNowView | None
+    labels: LabelsNowView | None
 
 
 class LumenDriveSections(TypedDict):

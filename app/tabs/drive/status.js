@@ -18,6 +18,7 @@ export class SnakeStatus {
   /** @param {ViewModel} state */
   update({ rehearsal, snake }) {
     const nearest = snake?.nearest;
+    this.depth.element.hidden = Boolean(snake?.fixed);
     this.depth.set(snake?.depth_mm, 0, "mm");
     this.deviation.set(nearest?.deviation_mm, 1, "mm");
     this.bound.set(nearest?.bound_mm, 1, "mm");

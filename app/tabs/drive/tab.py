@@ -16,6 +16,7 @@ from app.drives.view import details_section
 from app.kit.errors import NotFound
 from app.kit.kept import Same
 from app.lumen.document import StoredRoute
+from app.lumen.tasks import TaskName
 from app.messages.fields import ClientMessage
 from app.messages.sections import Section, Sections
 from app.scene.lumen import PathwayNodes
@@ -31,6 +32,7 @@ from app.workspace.layers import Layer
 from app.workspace.workspace import Workspace
 from vfix_engine.arrays import Array
 from vfix_engine.errors import ControlError
+from vfix_engine.runtime.command import BUTTON_CUT
 from vfix_engine.runtime.requests import Request, Straighten
 from vfix_engine.worlds.snake.requests import ChooseJoint, LookRound
 from vfix_engine.worlds.snake.snapshot import SnakeSnapshot
@@ -50,6 +52,8 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
         self._routes = workspace.services.lumen_routes
         self._route: StoredRoute | None = None
         self._held = [0, 0]  # keys: to the side, and along the lumen
+        self._moved = 0.0, 0.0, 0.0  # axes of mouse or device
+        self._cutting = False  # the button of the tool is held
         self._shows_bends = False  # the control bends, as ghosts
         workspace.opened.on_changed(KIND, self._opened)
 
@@ -154,9 +158,28 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
         drive = self.drive
         if isinstance(command, drives.Push) and drive is not None:
             self._held[command.type == "drive"] = command.direction
-            drive.axes(self.client, self._held[0], 0.0, self._held[1])
+            self._hold(drive)
+        elif isinstance(command, c.CutTool) and drive is not None:
+            self._cutting = command.on
+            self._hold(drive)
+        elif isinstance(command, drives.MoveAxes) and drive is not None:
+            self._moved = command.camera_x, command.camera_y, command.insert
+            self._hold(drive)
         else:
             super().handle_now(command)
+
+    def _hold(self, drive: SharedDrive[PreparedSnake, SnakeSnapshot]) -> None:
+        """Everything that the hand holds together: keys, mouse or device, and the button."""
+        x, y, insert = self._moved
+        buttons = BUTTON_CUT if self._cutting else 0
+        drive.axes(self.client, self._held[0] + x, y, self._held[1] + insert, buttons)
+
+    def _offered(self) -> tuple[TaskName, ...]:
+        return self.workspace.services.lumen_routes.tasks.offered(self.workspace.case.case_id)
+
+    def release_now(self) -> None:
+        self._held, self._moved, self._cutting = [0, 0], (0.0, 0.0, 0.0), False
+        super().release_now()
 
     # -- what the page and the scene show
 
@@ -182,7 +205,7 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
             "details": Section(Same(now.snapshot), lambda: details_section(now.snapshot)),
             "snake": Section(figures, lambda: snake_section(now, shown)),
             "drive_options": Section(options, lambda: options_view(*options)),
-            "drive_task": task_section(now, self.options.task, route),
+            "drive_task": task_section(now, self.options.task, route, self._offered()),
             "scope": Section(
                 (told, Same(case), Same(route), Same(known), live),
                 lambda: scope_section(case.id, case.content_hash, route, known, live) if case and told else None,
@@ -249,6 +272,11 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
             return "Make a route first, in Route."
         if now.shown_state == "starting":
             return "The robot comes to the entry."
+        fixed = "labels" in self._offered()  # on a base in the cavity
+        if fixed and now.shown_state != "running":
+            return "Press Start, then drag in the picture."
+        if fixed and now.mine:
+            return "Drag turns the camera; hold C to cut."
         if now.shown_state == "running" and now.mine:
             return "Wheel in the picture inserts; drag turns the camera."
         return "Press Start, then turn the wheel in the picture."

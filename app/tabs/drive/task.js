@@ -4,13 +4,17 @@ import { NumberFields } from "/static/js/number-fields.js";
 import { hintLine, html, nothing, said, titled } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
-/** @import { DriveTaskView, TaskNowView } from "/static/js/types.js" */
+/** @import { DriveTaskView, LabelsNowView, TaskNowView } from "/static/js/types.js" */
 
 const HELP = "Study I of Kwok 2013, with the arm that is chosen above. A polyp counts as viewed while it is in the square frame, 15 ± 7 mm away and within 20° of the "
   + "picture’s middle; its colour goes from blue to bright yellow as the view gets better. Held for 7 s without a break, it disappears. "
   + "The polyps are drawn by the seed where this robot can view them: the first search takes minutes. Reset or Cancel ends the task.";
-/** @type {[NonNullable<DriveTaskView["task"]> | null, string][]} */
-const TASKS = [[null, "None"], ["polyps", "Polyps"]];
+const LABELS_HELP = "Study II of Kwok 2013, with the arm that is chosen above, from a fixed base. On each label lies a yellow object along the arrow. While C or the right mouse button "
+  + "is held and the marker is at most 2 mm from the object’s near end, it is shortened; at the arrow’s tip the label is done. The way of the tool is drawn in 3D, red where it cuts. "
+  + "The labels are drawn by the seed where this robot can trace them. Reset or Cancel ends the task.";
+/** @type {Record<NonNullable<DriveTaskView["task"]>, string>} */
+const NAMES = { polyps: "Polyps", labels: "Labels" };
+const HALF_MM = 10; // of an arrow
 const MOST_SEED = 2 ** 31 - 1;
 const fields = new NumberFields();
 
@@ -27,9 +31,10 @@ export function taskGroup(connection, task) {
   };
   const cancel = task.task && html`<button type="button" class="plain" id="cancel-task" ?disabled=${!task.open} @click=${() => send({ task: null })}>Cancel</button>`;
   return titled("Task", cancel, html`
-    <div class="segmented devices" role="group" aria-label="Task">${TASKS.map(([name, label]) => html`<button type="button" data-task=${name ?? "none"}
-      aria-pressed=${String(name === task.task)} ?disabled=${!task.open} @click=${() => { if (name !== task.task) send({ task: name }); }}>${label}</button>`)}</div>
-    ${task.task ? html`${instructions(now)}${drawnFrom(now)}${now ? progress(now) : nothing}${choice(task, send)}` : nothing}`);
+    <div class="segmented devices" role="group" aria-label="Task">${[null, ...task.offered].map((name) => html`<button type="button" data-task=${name ?? "none"}
+      aria-pressed=${String(name === task.task)} ?disabled=${!task.open} @click=${() => { if (name !== task.task) send({ task: name }); }}>${name === null ? "None" : NAMES[name]}</button>`)}</div>
+    ${task.task === "labels" ? html`${labelWords()}${task.labels ? labelProgress(task.labels) : nothing}${choice(task, send)}` : nothing}
+    ${task.task === "polyps" ? html`${instructions(now)}${drawnFrom(now)}${now ? progress(now) : nothing}${choice(task, send)}` : nothing}`);
 }
 
 /** @param {TaskNowView | null} now */
@@ -38,6 +43,21 @@ function instructions(now) {
   return html`<p class="words">Insert the robot and find the blue polyps.</p>
     <p class="words">Hold each in the frame, 15 mm away, until it disappears.</p>
     ${hintLine("task-end", `The task ends ${end}.`, HELP)}`;
+}
+
+function labelWords() {
+  return html`<p class="words">Turn the camera to the start of an arrow.</p>
+    <p class="words">Hold C and follow the arrow to its tip.</p>
+    ${hintLine("task-end", "The task ends when all labels are done.", LABELS_HELP)}`;
+}
+
+/** @param {LabelsNowView} now */
+function labelProgress({ labels, traced, aimed, cutting, completed, words }) {
+  const one = aimed === null ? null : labels[aimed - 1], left = one ? HALF_MM - one.end_mm : 0;
+  const state = completed ? "" : !one ? "No label" : left <= 0 ? `Label ${aimed} done` : `Label ${aimed}: ${fixed(left, 0)} mm left`;
+  return html`<dl class="facts" id="label-facts"><dt>${completed ? "All done" : `${traced} of ${labels.length} done`}</dt><dd class=${cutting ? "cutting" : ""}>${state}</dd></dl>
+    <div class="progress"><div style=${`width: ${((100 * traced) / labels.length).toFixed(1)}%`}></div></div>
+    ${words ? html`<p class="words caution" role="status">${said(words)}</p>` : nothing}`;
 }
 
 /** Where the polyps of this drive were drawn. @param {TaskNowView | null} now */
@@ -61,10 +81,10 @@ function progress(now) {
  * @param {DriveTaskView} task
  * @param {(changed: { places?: DriveTaskView["places"], seed?: number }) => void} send
  */
-function choice({ places, seed, marks, open }, send) {
+function choice({ task, places, seed, marks, open }, send) {
   const place = (/** @type {Event} */ { currentTarget }) => send({ places: /** @type {DriveTaskView["places"]} */ (/** @type {HTMLSelectElement} */ (currentTarget).value) });
   const input = () => fields.of("task-seed", { low: 0, high: MOST_SEED, value: seed, off: !open, changed: (value) => send({ seed: Math.round(value) }) }, { inputmode: "numeric" });
-  return html`${marks || places === "route" ? html`<div class="beside"><span class="words">Polyps</span><select id="task-places" aria-label="Polyps" ?disabled=${!open} .value=${places} @change=${place}>
+  return html`${task === "polyps" && (marks || places === "route") ? html`<div class="beside"><span class="words">Polyps</span><select id="task-places" aria-label="Polyps" ?disabled=${!open} .value=${places} @change=${place}>
       <option value="seed" ?selected=${places === "seed"}>Drawn by seed</option><option value="route" ?selected=${places === "route"}>${`Of the route: ${marks}`}</option></select></div>` : nothing}
-    ${places === "seed" ? html`<div class="field"><label class="beside"><span class="words">Seed</span>${input()}</label></div>` : nothing}`;
+    ${task === "labels" || places === "seed" ? html`<div class="field"><label class="beside"><span class="words">Seed</span>${input()}</label></div>` : nothing}`;
 }

@@ -7,12 +7,13 @@ from typing import Any
 from app.drives.view import place
 from app.kit.kept import Same
 from app.lumen.document import StoredRoute
-from app.lumen.task_watch import TaskWatch
-from app.lumen.tasks import TaskChoice
+from app.lumen.task_watch import LabelWatch, PolypWatch, TaskWatch
+from app.lumen.tasks import TaskChoice, TaskName
 from app.messages.sections import Section
 from app.scene import palette
 from app.scene.lumen import MarkNodes, MarkShape
 from app.tabs.drive import commands as c
+from app.tabs.drive.labels import label_layers, labels_key, labels_now
 from app.tabs.drive.sections import DriveTaskView, TaskNowView
 from app.tabs.drive.view import SnakeRecord
 from app.workspace.layers import Layer
@@ -30,34 +31,39 @@ def chosen_task(command: c.ChooseTask) -> TaskChoice | None:
     return TaskChoice(command.task, command.places, command.seed, command.count, command.hold_s)
 
 
-def task_section(now: SnakeRecord, chosen: TaskChoice | None, route: StoredRoute | None) -> Section[object]:
-    """The :class:`DriveTaskView`."""
+def task_section(
+    now: SnakeRecord, chosen: TaskChoice | None, route: StoredRoute | None, offered: tuple[TaskName, ...]
+) -> Section[object]:
+    """The :class:`DriveTaskView`. offered: in the open case."""
     watch = None if now.prepared is None else now.prepared.task
-    progress = None if watch is None else watch.progress
+    polyps = watch if isinstance(watch, PolypWatch) else None
+    labels = watch if isinstance(watch, LabelWatch) else None
+    progress, state = None if polyps is None else polyps.progress, None if labels is None else labels.state
     marks = 0 if route is None else sum(mark.kind == "polyp" for mark in route.content.marks)
-    told = chosen, marks, now.may_prepare, None if watch is None else watch.trouble
+    told = offered, chosen, marks, now.may_prepare, None if watch is None else watch.trouble
 
     def build() -> DriveTaskView:
         choice = chosen or TaskChoice()
         return {
+            "offered": list(offered),
             "task": None if chosen is None else chosen.task,
             "places": choice.places,
             "seed": choice.seed,
             "marks": marks,
             "open": now.may_prepare,
-            "now": None if watch is None or progress is None else _task_now(watch, progress),
+            "now": None if polyps is None or progress is None else _task_now(polyps, progress),
+            "labels": None if labels is None or state is None else labels_now(labels, state),
         }
 
-    return Section((*told, Same(progress)), build)
+    return Section((*told, Same(progress), None if state is None else labels_key(state)), build)
 
 
-def _task_now(watch: TaskWatch, progress: PolypProgress) -> TaskNowView:
+def _task_now(watch: PolypWatch, progress: PolypProgress) -> TaskNowView:
     task, left = watch.task, _left(progress)
     targets = task.targets(watch.motion, progress.t)
     return {
         "of": len(task.polyps),
         "cleared": progress.cleared,
-        "target": None if progress.target is None else progress.target + 1,
         "viewed": progress.viewed,
         "held_s": round(progress.held_s, 2),
         "hold_s": task.hold_s,
@@ -72,10 +78,16 @@ def _task_now(watch: TaskWatch, progress: PolypProgress) -> TaskNowView:
     }
 
 
-def task_layers(watch: TaskWatch | None) -> list[Layer[Any]]:
-    """The polyps that are left, where the tissue at rest has them."""
-    progress = None if watch is None else watch.progress
-    if watch is None or progress is None:
+def task_layers(watch: TaskWatch[Any] | None) -> list[Layer[Any]]:
+    """The polyps that are left, where the tissue at rest has them; labels, and the tip's way."""
+    if isinstance(watch, LabelWatch):
+        return label_layers(watch)
+    return polyp_layers(watch) if isinstance(watch, PolypWatch) else []
+
+
+def polyp_layers(watch: PolypWatch) -> list[Layer[Any]]:
+    progress = watch.progress
+    if progress is None:
         return []
     rest = watch.task.targets()
     shapes = tuple(

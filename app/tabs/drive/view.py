@@ -43,8 +43,8 @@ def snake_section(now: SnakeRecord, shown: bool = False) -> SnakeView | None:
         "yield_mm_per_s_per_n": drive.yield_mm_per_s_per_n if drive.arm == "guided" else 0.0,
         "behind": behind_wall(prepared.path),
         "steered": drive.control == "parameterised",
-        "bends": len(snapshot.control_bends),
         "shown": shown,
+        "fixed": prepared.path.base is not None,
     }
 
 

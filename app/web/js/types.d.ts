@@ -1242,8 +1242,8 @@ export interface StageView {
  * insertion_mm_per_s, camera_mm_per_s: speeds of an axis that is fully deflected. breathing_mm: 0 where there is none.
  * arm: of this drive; certified: in the arm of that name only. joint: that a manual hand turns, 1: the last.
  * yield_mm_per_s_per_n: admittance by which a guided pull yields to the force, 0 in other arms.
- * behind: of the pathway. steered: the control has control bends; bends: how many are known here, shown: whether this
- * window shows them.
+ * behind: of the pathway. steered: the control has control bends; shown: whether this window shows them.
+ * fixed: the robot stands on a fixed base and bends; nothing is inserted.
  */
 export interface SnakeView {
   depth_mm: number;
@@ -1264,8 +1264,8 @@ export interface SnakeView {
   yield_mm_per_s_per_n: number;
   behind: BehindWallView | null;
   steered: boolean;
-  bends: number;
   shown: boolean;
+  fixed: boolean;
 }
 
 /** The link that is nearest to its bound: its number from the base, deviation and bound in mm. */
@@ -1303,28 +1303,30 @@ export interface LinkValuesView {
 /**
  * The task that is chosen for the drive that is there, or comes next; None for none.
  *
- * marks: polyps of the route, which may be the task's. open: this client may choose.
+ * offered: what can be done in this case. marks: polyps of the route, which may be the task's. open: this client may
+ * choose. now, labels: of this drive, by the task.
  */
 export interface DriveTaskView {
-  task: "polyps" | null;
+  offered: ("polyps" | "labels")[];
+  task: "polyps" | "labels" | null;
   places: "seed" | "route";
   seed: number;
   marks: number;
   open: boolean;
   now: TaskNowView | null;
+  labels: LabelsNowView | null;
 }
 
 /**
- * The task of this drive. polyps: those that are left, of so many; target: number of the one aimed at, from 1.
+ * Study I of this drive. polyps: those that are left, of so many.
  *
- * held_s: for how long it is viewed, of hold_s. frame_deg: half the opening of the aiming frame. end_mm: of the tip,
- * where the task ends; end_name: of the landmark there. viewable_share: of the wall there, None if nobody asked.
- * words: why this may differ from the run's score.
+ * held_s: for how long what is aimed at is viewed, of hold_s. frame_deg: half the opening of the aiming frame. end_mm:
+ * of the tip, where the task ends; end_name: of the landmark there. viewable_share: of the wall there, None if nobody
+ * asked. words: why this may differ from the run's score.
  */
 export interface TaskNowView {
   of: number;
   cleared: number;
-  target: number | null;
   viewed: boolean;
   held_s: number;
   hold_s: number;
@@ -1342,6 +1344,34 @@ export interface TaskNowView {
 export interface TaskPolypView {
   at: [number, number, number];
   colour: number;
+}
+
+/**
+ * The labels of this drive. traced: how many are done; aimed: number of the one under the marker, from 1.
+ *
+ * cutting: its object is being shortened. near_mm: as near the marker has to be. words: why this may differ from the
+ * run's score.
+ */
+export interface LabelsNowView {
+  labels: TaskLabelView[];
+  traced: number;
+  aimed: number | null;
+  cutting: boolean;
+  near_mm: number;
+  completed: boolean;
+  words: string;
+}
+
+/**
+ * A label of study II, LPS: its middle in mm, unit vectors of its face and of its arrow, and what is to be cut.
+ *
+ * end_mm: of the object's aimed end along the arrow, from −10 to 10, where it is done.
+ */
+export interface TaskLabelView {
+  centre: [number, number, number];
+  normal: [number, number, number];
+  along: [number, number, number];
+  end_mm: number;
 }
 
 /**
@@ -2462,6 +2492,9 @@ export interface Commands {
   "drive.bends": {
     on: boolean;
   };
+  "drive.cut": {
+    on: boolean;
+  };
   "drive.joint": {
     joint: 1 | 2;
   };
@@ -2474,7 +2507,7 @@ export interface Commands {
     preset: "kwok2013" | null;
   };
   "drive.task": {
-    task: "polyps" | null;
+    task: "polyps" | "labels" | null;
     places?: "seed" | "route";
     seed?: number;
     count?: number;

@@ -5,13 +5,18 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from app.cli import main
 from app.services import build_services
 from app.settings import Settings
+from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.runtime.command import COMMAND_COLUMNS
 from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import Run
+from vfix_engine.runtime.system import Column
+from vfix_engine.study.diathermy.live import LiveLabels
 from vfix_engine.study.diathermy.table import measured
 from vfix_engine.worlds.registry import spec_of
 
@@ -42,6 +47,17 @@ def test_a_line_is_traced_and_its_figures_are_those_of_the_run(
     found = measured(run).to_dict()
     assert found["labels"] == [{name: row[name] for name in found["labels"][0]}]
     assert (found["labels_traced"], found["beyond_bound_mm"]) == (1, 0.0)
+    live = LiveLabels(
+        measured(run).labels,
+        SnakeModel(**run.manifest["spec"]["snake"]),
+        [*(Column(*one) for one in COMMAND_COLUMNS), *run.columns],
+    )
+    for some in np.array_split(run.ticks, 7):  # as a page follows the drive: the same state, to the last bit
+        live.read(some)
+    assert live.state == measured(run).state
+    assert live.completed
+    assert live.way.red.any()
+    assert np.linalg.norm(np.diff(live.way.places, axis=0), axis=1).max() < 3.0
     assert replay(run, spec_of(run), keep_states=False).same
 
 

@@ -15,7 +15,7 @@ from app.cases.model import COLON_PHANTOM, HARD_COLON, HEAD_PHANTOM
 from app.cases.service import CaseService
 from app.lumen.document import ROUTE, Route
 from app.lumen.paths import tissue_of
-from app.lumen.shipped_colon import COLONS, SAMPLE_ROUTE, ensure_colon_phantoms, shipped_hash
+from app.lumen.shipped_lumens import LUMENS, SAMPLE_ROUTE, ensure_lumen_phantoms, shipped_hash
 from app.operations.operation import Context
 from app.services import Services
 from app.tabs.patient.hints import patient_hint
@@ -46,7 +46,7 @@ def test_a_hard_colon_travels_along_too_with_a_route(phantom_services: Services)
     assert (content.entry, content.end) == (case.landmarks[0].position, case.landmarks[-1].position)
     meshes = [services.cases.case_surface(one.id) for one in (case, usual)]
     assert not np.allclose(*(mesh.vertices for mesh in meshes))
-    assert shipped_hash(COLONS[0]) != shipped_hash(COLONS[1])
+    assert shipped_hash(LUMENS[0]) != shipped_hash(LUMENS[1])
 
 
 def test_what_was_done_to_the_colon_stays_and_another_one_of_the_engine_takes_its_place(
@@ -63,7 +63,7 @@ def test_what_was_done_to_the_colon_stays_and_another_one_of_the_engine_takes_it
         row = session.get(CaseRow, case.id)
         assert row is not None
         row.content_hash = "0" * 64
-    ensure_colon_phantoms(services.store, cases, routes)
+    ensure_lumen_phantoms(services.store, cases, routes)
     assert (cases.get(case.id).name, cases.get(case.id).content_hash) == ("Mine", shipped_hash())
     assert routes.documents.get(SAMPLE_ROUTE).deleted_at is not None
 

@@ -33,6 +33,11 @@ class LiveProgress:
         self._still = task.targets()
         self.progress = PolypProgress.at_start(task)
 
+    @property
+    def completed(self) -> bool:
+        """Whether the end of the task is reached."""
+        return self.progress.completed
+
     def read(self, lines: Array) -> PolypProgress:
         """Step with lines (n, w), each a command and a row."""
         rows = np.ascontiguousarray(lines[:, COMMAND_SIZE:])

@@ -78,6 +78,11 @@ class CavityCase:
         found = settings or SnakeSettings(bound_mm=BOUND_MM, tip_bound_mm=TIP_BOUND_MM)
         return SnakeSystemSpec(self.contours, self.snake, found, _drive(arm), base=self.base)
 
+    @property
+    def drive(self) -> DriveSettings:
+        """The settings of a drive in it, in the arm ``certified``."""
+        return _drive("certified")
+
     def script(self, arm: Arm = "certified", step_s: float = 0.01) -> DriveSpec:
         """The same for a script, in steps of ``step_s`` s."""
         return DriveSpec(self.contours, self.snake, drive=_drive(arm, step_s), base=self.base)

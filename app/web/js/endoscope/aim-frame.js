@@ -2,7 +2,7 @@
 import { h, svg } from "../dom.js";
 import { FIELD } from "./lens.js";
 
-/** @import { TaskNowView } from "../types.js" */
+/** @import { LabelsNowView, TaskNowView } from "../types.js" */
 
 const CENTRE = 50; // of the picture's hundred
 const LEAST = 1e-3; // of a turn
@@ -44,5 +44,21 @@ export class AimFrame {
     for (const [name, value] of Object.entries({ x: CENTRE - half, y: CENTRE - half, width: 2 * half, height: 2 * half })) this.frame.setAttribute(name, value.toFixed(2));
     this.element.dataset.viewed = String(now.viewed);
     this.held.setAttribute("d", heldArc(half, now.held_s / now.hold_s)); // it touches the frame: within it a view is good enough
+  }
+}
+
+/** The marker in the middle of the picture: hollow beside a label, whole on one, red while the tool cuts. */
+export class AimMarker {
+  constructor() {
+    const cross = `M${CENTRE - 5} ${CENTRE}H${CENTRE - 2}M${CENTRE + 2} ${CENTRE}H${CENTRE + 5}M${CENTRE} ${CENTRE - 5}V${CENTRE - 2}M${CENTRE} ${CENTRE + 2}V${CENTRE + 5}`;
+    const point = svg("circle", { cx: CENTRE, cy: CENTRE, r: "0.8" });
+    this.element = h("div", { class: "scope-arc scope-marker", id: "aim-marker", hidden: true },
+      svg("svg", { viewBox: "0 0 100 100", "aria-hidden": "true" }, svg("path", { d: cross, fill: "none", "stroke-width": "0.6" }), point));
+  }
+
+  /** @param {LabelsNowView | null | undefined} now */
+  show(now) {
+    this.element.hidden = !now || now.completed;
+    this.element.dataset.on = now?.cutting ? "cut" : now?.aimed ? "label" : "";
   }
 }

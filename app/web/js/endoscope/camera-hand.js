@@ -106,7 +106,8 @@ export class CameraHand {
     event.preventDefault();
     if (!this.ready) return;
     const notches = event.deltaMode === 0 ? event.deltaY / NOTCH_PX : Math.sign(event.deltaY);
-    const { depth_mm: here = 0, length_mm: length = 0 } = this.connection.state.snake ?? {};
+    const { depth_mm: here = 0, length_mm: length = 0, fixed = false } = this.connection.state.snake ?? {};
+    if (fixed) return; // nothing is inserted
     const wanted = (this.owed.depth ?? here) - NOTCH_MM * notches;
     this.owed.depth = Math.max(0, Math.min(length, Math.max(here - MOST_LEFT_MM, Math.min(here + MOST_LEFT_MM, wanted))));
     this.nearer = { left: Infinity, at: performance.now() };

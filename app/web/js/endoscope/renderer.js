@@ -4,6 +4,7 @@ import { Bumps } from "./bumps.js";
 import { readMesh } from "./mesh-file.js";
 import { PlanOverlay } from "./plan-overlay.js";
 import { TISSUE_FRAGMENT } from "./shaders.js";
+import { TaskLabels } from "./task-labels.js";
 import { Tissue } from "./tissue.js";
 /** @import { Lens } from "./lens.js" */
 /** @import { Look } from "./looks.js" */
@@ -24,6 +25,7 @@ export class Renderer {
     this.gl = gl;
     this.overlay = new PlanOverlay(gl);
     this.bumps = new Bumps(gl);
+    this.labels = new TaskLabels(gl);
     /** @type {Tissue | null} */
     this.tissue = null;
   }
@@ -60,6 +62,7 @@ export class Renderer {
     gl.depthFunc(gl.LEQUAL);
     this.tissue?.draw(lens, this.look, fragment);
     this.bumps.draw(lens);
+    this.labels.draw(lens);
     this.overlay.draw(lens, canvas.width);
   }
 

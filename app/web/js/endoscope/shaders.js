@@ -116,3 +116,20 @@ void main() {
   float lit = max(dot(normalize(facing), normalize(eye - place)), 0.0);
   drawn = vec4(colour * (0.45 + 0.55 * lit) + 0.35 * pow(lit, 40.0), 1.0);
 }`;
+
+export const FLAT_VERTEX = `#version 300 es
+layout(location = 0) in vec3 corner; layout(location = 1) in vec3 normal; layout(location = 2) in vec3 ink;
+uniform mat4 toClip;
+out vec3 facing; out vec3 place; out vec3 colour;
+void main() { facing = normal; place = corner; colour = ink; gl_Position = toClip * vec4(corner, 1.0); }`;
+
+/** A label has one face; its back is dark. */
+export const FLAT_FRAGMENT = `#version 300 es
+precision highp float;
+in vec3 facing; in vec3 place; in vec3 colour;
+uniform vec3 eye;
+out vec4 drawn;
+void main() {
+  float lit = dot(facing, normalize(eye - place));
+  drawn = vec4(colour * (lit > 0.0 ? 0.5 + 0.5 * lit : 0.25), 1.0);
+}`;

@@ -8,7 +8,7 @@ import { replay } from "../replay.js";
 import { saveBlob } from "../rest.js";
 import { say } from "../said.js";
 import { length, minus } from "../slices/vectors.js";
-import { AimFrame } from "./aim-frame.js";
+import { AimFrame, AimMarker } from "./aim-frame.js";
 import { markerColour } from "./bumps.js";
 import { CameraHand } from "./camera-hand.js";
 import { lensOf } from "./lens.js";
@@ -25,7 +25,7 @@ import { SurfaceLoader } from "./surface-loader.js";
 /** @import { Connection } from "../connection.js" */
 /** @import { ToolPoses } from "../slices/tool-poses.js" */
 /** @import { Triple } from "../slices/grid.js" */
-/** @import { TaskNowView, ViewModel } from "../types.js" */
+/** @import { LabelsNowView, TaskNowView, ViewModel } from "../types.js" */
 /** @import { Keys } from "../keys.js" */
 /** @import { Lens, LensSettings, ScopePose } from "./lens.js" */
 /** @import { Look } from "./looks.js" */
@@ -60,6 +60,7 @@ export class EndoscopeView {
     this.hand = new CameraHand(this.canvas, connection, page.keys);
     this.arcs = new ForceArcs();
     this.aim = new AimFrame();
+    this.marker = new AimMarker();
     this.cues = new NearnessCues();
     this.tools.saveButton.before(...this.cues.buttons);
     this.swapButton = h("button", { type: "button", class: "icon plain scope-swap", id: "scope-swap", onclick: () => page.swap() }, icon("large"));
@@ -83,9 +84,10 @@ export class EndoscopeView {
     this.stillTimer = undefined;
     this.changedPlan = whenChanged();
     this.changedTask = whenChanged();
+    this.changedLabels = whenChanged();
     this.channel = new PoseChannel((pose, row) => this.came(pose, row), (words) => this.told(words));
     this.surface = new SurfaceLoader((data) => this.loaded(data));
-    root.replaceChildren(this.canvas, this.cues.vignette, this.arcs.element, this.aim.element, this.tools.element, this.swapButton, this.nearness.element, h("p", { class: "scope-foot" }, this.source, this.channelWords), this.surface.element);
+    root.replaceChildren(this.canvas, this.cues.vignette, this.arcs.element, this.aim.element, this.marker.element, this.tools.element, this.swapButton, this.nearness.element, h("p", { class: "scope-foot" }, this.source, this.channelWords), this.surface.element);
     this.canvas.addEventListener("webglcontextlost", (event) => this.lose(event));
     this.canvas.addEventListener("webglcontextrestored", () => this.recover());
     replay.addEventListener("change", () => this.played());
@@ -121,13 +123,14 @@ export class EndoscopeView {
       return;
     }
     const places = curve?.points ?? [];
-    const task = live ? state.drive_task?.now : null; // its polyps are drawn as such
+    const { now: task = null, labels = null } = (live && state.drive_task) || {}; // its polyps are drawn as such
     const targets = [...((driven ?? plan)?.targets ?? []).map(({ position }) => position), ...(task ? [] : route?.marks ?? []).map(({ at }) => at)];
     this.changedPlan([places, targets], () => {
       this.renderer?.overlay.set(places, targets);
       this.schedule();
     });
     this.showTask(task);
+    this.showLabels(labels);
     const replayed = replayedPose();
     if (!this.driven) this.show(replayed ?? this.plannedPose(state));
     say(this.source, this.driven ? "" : replayed ? "Replayed" : this.pose ? "Planned, not driven" : "");
@@ -141,6 +144,18 @@ export class EndoscopeView {
     this.aim.show(now);
     this.changedTask([now?.polyps], () => {
       if (this.renderer) this.renderer.bumps.all = (now?.polyps ?? []).map(({ at, colour }) => ({ at, radius: now?.radius_mm ?? 0, colour: markerColour(colour) }));
+      this.schedule();
+    });
+  }
+
+  /**
+   * The labels of a task with what is left on them, and the marker on what the picture's middle is on.
+   * @param {LabelsNowView | null | undefined} now
+   */
+  showLabels(now) {
+    this.marker.show(now);
+    this.changedLabels([now?.labels], () => {
+      this.renderer?.labels.set(now?.labels ?? []);
       this.schedule();
     });
   }
@@ -212,6 +227,7 @@ export class EndoscopeView {
     this.broken = "";
     this.changedPlan = whenChanged();
     this.changedTask = whenChanged();
+    this.changedLabels = whenChanged();
     this.update(this.connection.state);
   }
 

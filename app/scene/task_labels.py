@@ -1,0 +1,74 @@
+"""Labels of a task on the wall of a cavity, what is left on their arrows, and the way of the tool's tip."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from app.scene import palette
+from app.scene.lines import Lines, circle, joined
+from vfix_engine.arrays import Array, BoolArray
+
+if TYPE_CHECKING:
+    from app.scene.view import SceneView
+
+RADIUS_MM, HALF_MM = 16.5, 10.0  # of a label, and of its arrow
+_HEAD_MM = 3.0
+_RIM_MM, _ARROW_MM, _OBJECT_MM, _WAY_MM = 0.6, 0.8, 2.0, 0.6
+
+
+@dataclass(frozen=True, eq=False)
+class LabelShape:
+    """A label: its middle (3,) LPS mm, its face and arrow (3,) unit. end_mm: where what is left on it begins."""
+
+    centre: Array
+    normal: Array
+    along: Array
+    end_mm: float
+    name: str
+
+
+class LabelNodes:
+    """All labels of a task."""
+
+    def __init__(self, view: SceneView) -> None:
+        self._view = view
+        self._rims = Lines(view, "/drive/labels/rims", palette.TASK_LABEL, _RIM_MM)
+        self._arrows = Lines(view, "/drive/labels/arrows", palette.TASK_LABEL, _ARROW_MM)
+        self._objects = Lines(view, "/drive/labels/objects", palette.SOUGHT[2], _OBJECT_MM)
+        self._way = Lines(view, "/drive/labels/way", palette.TIP_WAY, _WAY_MM)
+        self._cut = Lines(view, "/drive/labels/cut", palette.TIP_CUT, _WAY_MM)
+        self._names: list[str] = []
+
+    def show(self, labels: tuple[LabelShape, ...], way: Array, red: BoolArray) -> None:
+        """way: (n, 3) LPS mm of the tip; red: (n,) where it was cutting."""
+        self._rims.show(np.concatenate([joined(circle(one.centre, one.normal, RADIUS_MM)) for one in labels]))
+        self._arrows.show(np.concatenate([_arrow(one) for one in labels]))
+        left = [_line(one, one.end_mm, HALF_MM) for one in labels if one.end_mm < HALF_MM]
+        self._objects.show(np.array(left) if left else np.zeros((0, 2, 3)))
+        pieces = np.stack([way[:-1], way[1:]], axis=1) if len(way) > 1 else np.zeros((0, 2, 3))
+        self._way.show(pieces[~red[1:]])
+        self._cut.show(pieces[red[1:]])
+        for one in labels[len(self._names) :]:
+            name = f"/drive/labels/{one.name}_label"
+            at = one.centre + (RADIUS_MM + 2.0) * one.along
+            self._view.labels.add(name, one.name, "bead", at, font_screen_scale=0.8, anchor="center-center")
+            self._names.append(name)
+
+    def remove(self) -> None:
+        for lines in (self._rims, self._arrows, self._objects, self._way, self._cut):
+            lines.remove()
+
+
+def _line(one: LabelShape, start_mm: float, end_mm: float) -> Array:
+    return np.array([one.centre + start_mm * one.along, one.centre + end_mm * one.along])
+
+
+def _arrow(one: LabelShape) -> Array:
+    """(3, 2, 3) its shaft and its head."""
+    across = np.cross(one.normal, one.along)
+    tip = one.centre + HALF_MM * one.along
+    heads = [np.array([tip, tip - _HEAD_MM * (one.along + side * 0.6 * across)]) for side in (-1.0, 1.0)]
+    return np.array([_line(one, -HALF_MM, HALF_MM), *heads])

@@ -1,0 +1,68 @@
+"""The body cavity as a case: its pathway comes along, and what is driven on the page is the study's world."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from app.cases.model import CAVITY_PHANTOM, COLON_PHANTOM
+from app.lumen.cavity import cavity_path
+from app.lumen.document import Route
+from app.lumen.tasks import TaskChoice
+from app.services import Services
+from vfix_engine.errors import InputError
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.proximity.fields.side import SurfaceSide
+from vfix_engine.proximity.proximity import ProximityTree
+from vfix_engine.worlds.snake.cavity import BASE_MM, cavity_case
+
+ENDS = Route(entry=(0.0, 0.0, 0.0), end=(0.0, 0.0, 250.0))
+
+
+def test_the_route_of_the_cavity_has_the_world_of_the_study() -> None:
+    path, study = cavity_path(ENDS), cavity_case().spec()
+    for field in dataclasses.fields(study.lumen):
+        ours, theirs = getattr(path.contours, field.name), getattr(study.lumen, field.name)
+        assert np.array_equal(ours, theirs) if isinstance(theirs, np.ndarray) else ours == theirs, field.name
+    assert (path.snake, path.settings) == (study.snake, study.drive)
+    assert path.base is not None
+    assert path.base[:3, 3].tolist() == list(BASE_MM)
+    assert path.reach.behind_wall is not None
+    assert path.reach.behind_wall.outside == 0.0
+
+
+def test_distances_to_the_wall_are_those_of_the_triangles() -> None:
+    path, mesh = cavity_path(ENDS), cavity_case().mesh
+    at = path.lumen.curve.position(path.s_mm)
+    least = [_nearest(mesh, point) for point in at[::10]]
+    assert path.wall_mm[::10] == pytest.approx(least, abs=1e-6)
+    assert not SurfaceSide(ProximityTree(mesh)).outside(at).any()
+
+
+def test_a_bound_of_the_route_counts() -> None:
+    path = cavity_path(Route(entry=ENDS.entry, end=ENDS.end, bound_mm=2.0))
+    assert (path.settings.bound_mm, path.settings.tip_bound_mm) == (2.0, None)
+
+
+def test_labels_are_offered_in_the_cavity_and_polyps_in_a_colon(phantom_services: Services) -> None:
+    tasks = phantom_services.lumen_routes.tasks
+    assert [tasks.offered(case) for case in (CAVITY_PHANTOM, COLON_PHANTOM, None)] == [("labels",), ("polyps",), ()]
+
+
+def test_labels_in_a_colon_are_refused(phantom_services: Services, monkeypatch: pytest.MonkeyPatch) -> None:
+    routes = phantom_services.lumen_routes
+    (sample,) = routes.documents.list(COLON_PHANTOM)
+    monkeypatch.setattr(routes.paths, "wait", lambda route: dataclasses.replace(cavity_path(ENDS), base=None))
+    with pytest.raises(InputError, match="open that case"):
+        routes.tasks.labels(sample, TaskChoice("labels"))
+
+
+def _nearest(mesh: TriangleMesh, point: np.ndarray) -> float:
+    """By brute force over all triangles."""
+    import trimesh
+
+    corners = mesh.vertices[mesh.faces]
+    closest = trimesh.triangles.closest_point(corners, np.tile(point, (len(corners), 1)))
+    return float(np.linalg.norm(closest - point, axis=1).min())

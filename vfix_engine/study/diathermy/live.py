@@ -1,0 +1,77 @@
+"""The progress of study II while it is driven: from every row that the control process writes, as of its run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array, BoolArray
+from ...robots.snake import SnakeModel
+from ...runtime.command import BUTTON_CUT, COMMAND_SIZE, command_from_row
+from ...runtime.system import Column
+from ..polyps.series import cameras
+from .labels import Label
+from .task import DiathermySample, DiathermyState, first_state, stepped
+
+WAY_MM = 1.0  # between two places of the tip that are kept
+
+
+class TipWay(NamedTuple):
+    """The way of the last link's far end so far: (n, 3) LPS mm, and (n,) where the tool was cutting (fig. 10d)."""
+
+    places: Array
+    red: BoolArray
+
+
+class LiveLabels:
+    """Steps the task with the rows of a drive; after the same rows its state equals that of ``measured``.
+
+    state: after the rows so far. For a drive whose task begins before its first step.
+
+    Args:
+        columns: of the lines that are read, as ``RowReader.columns``.
+    """
+
+    def __init__(self, labels: Sequence[Label], snake: SnakeModel, columns: Sequence[Column]) -> None:
+        self._labels, self._snake = tuple(labels), snake
+        self._at = {column.name: place for place, column in enumerate(columns[COMMAND_SIZE:])}
+        self._way: list[tuple[float, float, float]] = []
+        self._red: list[bool] = []
+        self.state: DiathermyState = first_state(self._labels)
+
+    @property
+    def completed(self) -> bool:
+        """Whether all labels are traced."""
+        return self.state.done
+
+    @property
+    def way(self) -> TipWay:
+        """Places at least ``WAY_MM`` apart, and where cutting began or ended."""
+        return TipWay(np.array(self._way).reshape(-1, 3), np.array(self._red, dtype=bool))
+
+    def read(self, lines: Array) -> DiathermyState:
+        """Step with lines (n, w), each a command and a row."""
+        rows = np.ascontiguousarray(lines[:, COMMAND_SIZE:])
+        at, state = self._at, self.state
+        if state.done or not len(rows):
+            return state
+        times = rows[:, at["t"]].tolist()
+        tips = rows[:, [at[f"tip_{axis}"] for axis in "xyz"]]
+        for line, camera, t, tip in zip(lines, cameras(self._snake, rows, at), times, tips, strict=True):
+            pressed = bool(command_from_row(line[:COMMAND_SIZE]).buttons & BUTTON_CUT)
+            state = stepped(self._labels, state, DiathermySample(t, camera, pressed))
+            self._keep(tip, state.cutting)
+            if state.done:
+                break
+        self.state = state
+        return state
+
+    def _keep(self, tip: Array, red: bool) -> None:
+        x, y, z = (float(value) for value in tip)
+        known = bool(self._way)
+        if known and red == self._red[-1] and float(np.linalg.norm(tip - np.array(self._way[-1]))) < WAY_MM:
+            return
+        self._way.append((x, y, z))
+        self._red.append(red)
