@@ -2032,9 +2032,9 @@ export interface ShortScore {
 /**
  * Figures of the score of a run in a lumen; lengths in mm.
  *
- * completed: as in `LumenScorePublic`, or that the task of the run was done. depth_mm: the tip's deepest place, null
- * on a fixed base. deviation_mm: the largest of the link nearest to its bound, null in a run whose rows do not have
- * it. beyond_bound_mm: 0 where no link was beyond it.
+ * completed: as in `LumenScorePublic`. depth_mm: the tip's deepest place, null on a fixed base. deviation_mm: the
+ * largest of the link nearest to its bound, null in a run whose rows do not have it. beyond_bound_mm: 0 where no link
+ * was beyond it.
  */
 export interface ShortLumenScore {
   certified: boolean;
@@ -2194,12 +2194,12 @@ export interface JointPublic {
 /**
  * The score of a run in a lumen, see docs/metrics.md; lengths in mm, times in s, forces in N.
  *
- * completed: the tip came to the end of its way, or of a robot on a fixed base: its task was done. depth_mm: its
- * deepest place; length_mm, reach_mm: of the pathway, and how far along it this robot can come; share: of length_mm.
- * insertion_s: until the deepest place; withdrawal_s: from then until the tip was out, null where it was not. All from
- * depth_mm on are null on a fixed base, from which nothing is inserted. deviation: of the last links, nearest_mm: of
- * the link nearest to its bound; both null in a run whose rows do not have them. held_by: the longest first; holds: in
- * the order of time. task: what the run's task adds, null without one.
+ * completed: its task was done, or without one the tip came to the end of its way. depth_mm: its deepest place;
+ * length_mm, reach_mm: of the pathway, and how far along it this robot can come; share: of length_mm. insertion_s:
+ * until the deepest place; withdrawal_s: from then until the tip was out, null where it was not. All from depth_mm on
+ * are null on a fixed base, from which nothing is inserted. deviation: of the last links, nearest_mm: of the link
+ * nearest to its bound; both null in a run whose rows do not have them. held_by: the longest first; holds: in the
+ * order of time. task: what the run's task adds, null without one.
  */
 export interface LumenScorePublic {
   world: string;
@@ -2228,7 +2228,11 @@ export interface LumenScorePublic {
   holds: HoldPublic[];
 }
 
-/** Times in which the last links were outside the pathway; length_mm: the tip's way in them. */
+/**
+ * Times in which any of the last links was outside the pathway, in one piece each; longest_s: of the longest.
+ *
+ * length_mm: the tip's way while the last link is outside; depth_mm: of the deepest link, its mean over time_s.
+ */
 export interface DeviationPublic {
   episodes: number;
   time_s: number;
@@ -2236,10 +2240,11 @@ export interface DeviationPublic {
   depth_mm: MeanMaxPublic | null;
 }
 
-/** What a run of a task is worth. */
+/** What a run of a task is worth; lacking: what of it is not known and why, '' for nothing. */
 export interface TaskScorePublic {
   title: string;
   completed: boolean;
+  longest_s: number;
   rows: ScoreRowPublic[];
 }
 
@@ -2249,6 +2254,7 @@ export interface ScoreRowPublic {
   value: number | null;
   unit: string;
   digits: number;
+  lacking: string;
   worse: boolean;
 }
 
