@@ -48,7 +48,6 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
         super().__init__(workspace, shared)
         self._routes = workspace.services.lumen_routes
         self._route: StoredRoute | None = None
-        self._held = [0, 0]  # keys: to the side, and along the lumen
         self._shows_bends = False  # the control bends, as ghosts
         workspace.opened.on_changed(KIND, self._opened)
 
@@ -152,8 +151,9 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
         """Keys are axes of this robot: along the lumen, and the camera to a side."""
         drive = self.drive
         if isinstance(command, drives.Push) and drive is not None:
-            self._held[command.type == "drive"] = command.direction
-            drive.axes(self.client, self._held[0], 0.0, self._held[1])
+            along = command.type == "drive"
+            axes = (0.0, 0.0, float(command.direction)) if along else (float(command.direction), 0.0, 0.0)
+            self.push_axes(drive, command.type, axes)
         else:
             super().handle_now(command)
 

@@ -2427,6 +2427,7 @@ export interface Commands {
     revision?: number | null;
   };
   "base.keep": {
+    hand?: "picture" | "device";
     revision?: number | null;
   };
   "bead.confirm_all": {
