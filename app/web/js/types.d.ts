@@ -687,7 +687,8 @@ export interface RouteEntry {
 /**
  * The open route; lengths in mm. links: None for as many as the way needs. bound_mm: None by the lumen's radius.
  *
- * picking: what the next click on the wall is, '' for nothing. moving: the polyp or label that it moves, or ''.
+ * mark_kinds: that there are. picking: what the next click on the wall is, '' for nothing. moving: the polyp or label
+ * that it moves, or ''.
  */
 export interface RouteSection {
   id: string;
@@ -707,6 +708,7 @@ export interface RouteSection {
   peristalsis: number;
   peristalsis_period_s: number;
   marks: MarkView[];
+  mark_kinds: MarkKindView[];
   picking: "entry" | "end" | "polyp" | "label" | "move" | "";
   moving: string;
 }
@@ -717,6 +719,12 @@ export interface MarkView {
   kind: "polyp" | "label";
   name: string;
   at: [number, number, number];
+}
+
+/** A kind of marks; many: of them, in words. */
+export interface MarkKindView {
+  kind: "polyp" | "label";
+  many: string;
 }
 
 /**
@@ -2236,6 +2244,7 @@ export interface LumenScorePublic {
 export interface DeviationPublic {
   episodes: number;
   time_s: number;
+  longest_s: number;
   length_mm: number;
   depth_mm: MeanMaxPublic | null;
 }
@@ -2244,8 +2253,8 @@ export interface DeviationPublic {
 export interface TaskScorePublic {
   title: string;
   completed: boolean;
-  longest_s: number;
   rows: ScoreRowPublic[];
+  lacking: string;
 }
 
 /** A figure of a task as it is shown; value null where it is not defined, worse where it is to stand out. */
@@ -2254,7 +2263,6 @@ export interface ScoreRowPublic {
   value: number | null;
   unit: string;
   digits: number;
-  lacking: string;
   worse: boolean;
 }
 
@@ -2419,6 +2427,7 @@ export interface Commands {
     kind: "point" | "target" | "none";
   };
   "axes": {
+    hand?: "picture" | "device";
     camera_x?: number;
     camera_y?: number;
     insert?: number;
@@ -2427,7 +2436,6 @@ export interface Commands {
     revision?: number | null;
   };
   "base.keep": {
-    hand?: "picture" | "device";
     revision?: number | null;
   };
   "bead.confirm_all": {
