@@ -8,10 +8,14 @@ from app.api.score_parts import HeldPublic, HoldPublic, MeanMaxPublic, Numbers, 
 
 
 class DeviationPublic(BaseModel):
-    """Times in which the last links were outside the pathway; length_mm: the tip's way in them."""
+    """Times in which any of the last links was outside the pathway, in one piece each; longest_s: of the longest.
+
+    length_mm: the tip's way while the last link is outside; depth_mm: of the deepest link, its mean over time_s.
+    """
 
     episodes: int
     time_s: float
+    longest_s: float
     length_mm: float
     depth_mm: MeanMaxPublic | None
 
@@ -27,22 +31,23 @@ class ScoreRowPublic(BaseModel):
 
 
 class TaskScorePublic(BaseModel):
-    """What a run of a task is worth."""
+    """What a run of a task is worth; lacking: what of it is not known and why, '' for nothing."""
 
     title: str
     completed: bool
     rows: list[ScoreRowPublic]
+    lacking: str
 
 
 class LumenScorePublic(BaseModel):
     """The score of a run in a lumen, see docs/metrics.md; lengths in mm, times in s, forces in N.
 
-    completed: the tip came to the end of its way, or of a robot on a fixed base: its task was done. depth_mm: its
-    deepest place; length_mm, reach_mm: of the pathway, and how far along it this robot can come; share: of length_mm.
-    insertion_s: until the deepest place; withdrawal_s: from then until the tip was out, null where it was not. All from
-    depth_mm on are null on a fixed base, from which nothing is inserted. deviation: of the last links, nearest_mm: of
-    the link nearest to its bound; both null in a run whose rows do not have them. held_by: the longest first; holds: in
-    the order of time. task: what the run's task adds, null without one.
+    completed: its task was done, or without one the tip came to the end of its way. depth_mm: its deepest place;
+    length_mm, reach_mm: of the pathway, and how far along it this robot can come; share: of length_mm. insertion_s:
+    until the deepest place; withdrawal_s: from then until the tip was out, null where it was not. All from depth_mm on
+    are null on a fixed base, from which nothing is inserted. deviation: of the last links, nearest_mm: of the link
+    nearest to its bound; both null in a run whose rows do not have them. held_by: the longest first; holds: in the
+    order of time. task: what the run's task adds, null without one.
     """
 
     world: str

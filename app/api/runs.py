@@ -59,9 +59,9 @@ class ShortScore(BaseModel):
 class ShortLumenScore(BaseModel):
     """Figures of the score of a run in a lumen; lengths in mm.
 
-    completed: as in `LumenScorePublic`, or that the task of the run was done. depth_mm: the tip's deepest place, null
-    on a fixed base. deviation_mm: the largest of the link nearest to its bound, null in a run whose rows do not have
-    it. beyond_bound_mm: 0 where no link was beyond it.
+    completed: as in `LumenScorePublic`. depth_mm: the tip's deepest place, null on a fixed base. deviation_mm: the
+    largest of the link nearest to its bound, null in a run whose rows do not have it. beyond_bound_mm: 0 where no link
+    was beyond it.
     """
 
     certified: bool
@@ -74,10 +74,9 @@ class ShortLumenScore(BaseModel):
 
     @classmethod
     def of(cls, score: dict[str, Any]) -> ShortLumenScore:
-        nearest, task = score["nearest_mm"], score.get("task")
-        same = ("certified", "time_s", "depth_mm", "beyond_bound_mm", "held_s")
+        nearest = score["nearest_mm"]
+        same = ("certified", "completed", "time_s", "depth_mm", "beyond_bound_mm", "held_s")
         return cls(
-            completed=(task or score)["completed"],
             deviation_mm=None if nearest is None else nearest["max"],
             **{name: score[name] for name in same},
         )

@@ -22,7 +22,7 @@ from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.files.frame_report import FRAMES, MM_PER_UNIT
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.study.polyps.placing import POLYPS
+from vfix_engine.study.polyps.printed import POLYPS
 from vfix_engine.study.polyps.table import PRINTED
 from vfix_engine.study.polyps.trial import polyp_trial
 from vfix_engine.study.polyps.world import polyp_world

@@ -10,6 +10,7 @@ from typing import Any
 from app.commands.counts import natural
 from app.commands.found_runs import FoundRun, find_run, optional_services
 from app.commands.rehearse_errors import NONE, add_error_arguments, chain_of, registered_content
+from app.commands.score_words import facts_of
 from app.services import Services
 from vfix_engine.errors import InputError
 from vfix_engine.study.lumen import score_lumen_run
@@ -63,12 +64,15 @@ def _scored(services: Services | None, found: FoundRun, args: argparse.Namespace
 
 
 def _print_for_people(score: dict[str, Any]) -> None:
-    for name, value in score.items():
-        print(f"{name:>22}  {json.dumps(value) if isinstance(value, (dict, list, tuple)) else value}")
+    driven = score["mode"] if "mode" in score else score["arm"]
+    about = [("Run", score["run"]), ("Recorded", score["recorded"]), ("Case", score["case"]), ("Plan", score["plan"])]
+    facts = [(name, value) for name, value in about if value is not None]
+    for name, value in [*facts, ("Driven", driven or "–"), *facts_of(score)]:
+        print(f"{name:>28}  {value}")
     if not score["certified"]:
-        print(f"{'':>22}  Driven without the certificate.")
+        print(f"{'':>28}  Driven without the certificate.")
     if not score["whole"]:
-        print(f"{'':>22}  Interrupted: what came after the recording is in no figure.")
+        print(f"{'':>28}  Interrupted: what came after the recording is in no figure.")
     if score["lost"]:
-        print(f"{'':>22}  {score['lost']} steps were not recorded, and are in no figure.")
+        print(f"{'':>28}  {score['lost']} steps were not recorded, and are in no figure.")
     print()

@@ -17,7 +17,6 @@ from app.store import Store
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.runtime.requests import Note
 from vfix_engine.runtime.run import TICKS, Run
 from vfix_engine.runtime.system import SystemSpec
 from vfix_engine.study.holds import holds_of
@@ -28,7 +27,7 @@ from vfix_engine.worlds.registry import WORLDS, spec_of
 from vfix_engine.worlds.rigid.row import PHASES
 from vfix_engine.worlds.snake.row import LIMITS
 
-VERSION = 4  # of the definitions of the score and of a hold
+VERSION = 5  # of the definitions of the score and of a hold
 RATE_HZ = 30.0
 MOST_SAMPLES = 36_000  # of one answer; longer runs have fewer a second
 LUMEN_RATE_HZ, MOST_LUMEN_SAMPLES = 20.0, 12_000  # the same of a robot with many links
@@ -100,8 +99,8 @@ class RunScores:
         wall = self._wall_of(run.case_id) if _in_lumen(read) else None
         score = _lumen_score(read, spec, wall) if _in_lumen(read) else _rigid_score(read, spec)
         score = json.loads(json.dumps(score, allow_nan=False))  # as it is read again
-        lacking = wall is None and any(isinstance(event.content, Note) for event in read.events)
-        if self._store.writable and not lacking:  # a task is scored once the case with its wall is there again
+        lacking = (score.get("task") or {}).get("lacking")  # it is scored once the case with its wall is there again
+        if self._store.writable and not lacking:
             sealed = _sealed(score)
             self._store.derived.put(run.files[TICKS].sha256, score_file(run), lambda file: file.write(sealed))
         return dict(score)

@@ -9,8 +9,8 @@ import numpy as np
 from msgspec import Meta
 from msgspec.structs import replace
 
+from app.cases.model import to_triple
 from app.documents import Document
-from app.kit.values import Position as Triple
 from app.lumen.contours import MOST_CONTOURS, ContourRadius, Radii, RouteContour, check_radii, with_contours
 from app.lumen.document import Route
 from app.operations.fields import Position
@@ -64,7 +64,7 @@ class ContourEdit(Edit, frozen=True):
             return (*contours[:own], *([] if after is None else [after]), *contours[own + 1 :])
         here = fit.curve.position(now.fit_knots[number])
         radii = fit.pathway.radius[int(np.abs(_knots(fit) - now.fit_knots[number]).argmin())]
-        after = change(RouteContour(_triple(here), tuple(float(value) for value in radii), None, of_fit=True))
+        after = change(RouteContour(to_triple(here), tuple(float(value) for value in radii), None, of_fit=True))
         return contours if after is None else (*contours, after)
 
 
@@ -88,7 +88,7 @@ class AddContour(ContourEdit, frozen=True):
             )
         around = [float(np.interp(self.at_mm, found.s, column)) for column in found.radius.T]
         radii = tuple(around) if self.radius_mm is None else (self.radius_mm,)
-        return (*contours, RouteContour(_triple(fit.curve.position(knot)), radii))
+        return (*contours, RouteContour(to_triple(fit.curve.position(knot)), radii))
 
 
 class ResizeContour(ContourEdit, frozen=True):
@@ -152,11 +152,6 @@ class ClearContours(Edit, frozen=True):
 def _knots(fit: Lumen) -> Array:
     assert fit.pathway.knots is not None
     return fit.pathway.knots
-
-
-def _triple(place: Array) -> Triple:
-    x, y, z = (float(value) for value in place)
-    return x, y, z
 
 
 OPERATIONS = (AddContour, MoveContour, ResizeContour, RemoveContour, ClearContours)

@@ -9,17 +9,17 @@ import numpy as np
 from msgspec import Meta
 from msgspec.structs import replace
 
+from app.cases.model import to_triple
 from app.documents import Document
 from app.kit.names import check_name
 from app.kit.values import Position as Triple
 from app.lumen.document import Route
-from app.lumen.marks import MOST_MARKS, MarkKind, RouteMark, seeded_places
+from app.lumen.marks import MARK_KINDS, MOST_MARKS, MarkKind, RouteMark, seeded_places
 from app.operations.fields import Identifier, Name, Position
 from app.operations.operation import Context, Edit, Option, Verb
 from vfix_engine.errors import InputError
 
 SNAP_MM = 8.0  # from the wall, to which a place is moved
-_PREFIX = {"polyp": "p", "label": "l"}
 Seed = Annotated[int, Meta(ge=0, le=2**31 - 1)]
 Count = Annotated[int, Meta(ge=1, le=50)]
 
@@ -115,7 +115,7 @@ class SeedPolyps(Edit, frozen=True):
         mesh = context.service.cases.case_surface(context.case_id)
         marks = tuple(mark for mark in content.marks if mark.kind != "polyp")
         for place in seeded_places(mesh, fit.centreline.curve, self.count, self.seed):
-            marks = (*marks, _new("polyp", _triple(place), marks))
+            marks = (*marks, _new("polyp", to_triple(place), marks))
         if len(marks) > MOST_MARKS:
             raise InputError(f"a route has at most {MOST_MARKS} polyps and labels; remove some first.")
         return replace(content, marks=marks)
@@ -127,14 +127,14 @@ def _on_wall(place: Triple, context: Context[Any, Any]) -> Triple:
     distance, closest, _ = tree.point_distance(np.array([place]))
     if distance[0] > SNAP_MM:
         raise InputError(f"that place is {distance[0]:.0f} mm from the wall; choose one at most {SNAP_MM:g} mm off.")
-    return _triple(closest[0])
+    return to_triple(closest[0])
 
 
 def _new(kind: MarkKind, at: Triple, others: Iterable[RouteMark]) -> RouteMark:
     """A mark with the next number of its kind."""
     taken = [int(mark.id[1:]) for mark in others if mark.kind == kind and mark.id[1:].isdecimal()]
     number = max(taken, default=0) + 1
-    return RouteMark(f"{_PREFIX[kind]}{number}", kind, f"{kind.capitalize()} {number}", at)
+    return RouteMark(f"{MARK_KINDS[kind].letter}{number}", kind, f"{kind.capitalize()} {number}", at)
 
 
 def _known(content: Route, mark_id: str) -> RouteMark:
@@ -147,11 +147,6 @@ def _known(content: Route, mark_id: str) -> RouteMark:
 
 def _with(content: Route, changed: RouteMark) -> Route:
     return replace(content, marks=tuple(changed if mark.id == changed.id else mark for mark in content.marks))
-
-
-def _triple(place: Any) -> Triple:
-    x, y, z = (float(value) for value in place)
-    return x, y, z
 
 
 OPERATIONS = (AddMark, MoveMark, RenameMark, RemoveMark, SeedPolyps)

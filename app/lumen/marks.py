@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 import msgspec
 import numpy as np
 from msgspec import Meta
 
 from app.operations.fields import Name, Place, StoredId
+from app.scene import palette
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -17,10 +18,23 @@ if TYPE_CHECKING:  # slow to load, as in `paths`
     from vfix_engine.geometry.curve import Curve
 
 MOST_MARKS = 200  # of one route
-PROUD_MM = 2.0  # that a polyp stands out of the wall
-MarkKind = Literal["polyp", "label"]
 _NEAR_MM = 60.0  # a ray that meets no wall up to there looks along the lumen, or out of it
 _TRIES = 50
+MarkKind = Literal["polyp", "label"]
+
+
+class MarkStyle(NamedTuple):
+    """How marks of a kind are told apart. letter: their ids begin with it; many: of them, in words; colour: in 3D."""
+
+    letter: str
+    many: str
+    colour: tuple[int, int, int]
+
+
+MARK_KINDS: dict[MarkKind, MarkStyle] = {
+    "polyp": MarkStyle("p", "polyps", palette.POLYP),
+    "label": MarkStyle("l", "labels", palette.TARGET),
+}
 
 
 class RouteMark(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -19,6 +19,7 @@ from app.store.errors import StorageError
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.study.polyps.printed import HOLD_S, POLYPS
 
 if TYPE_CHECKING:  # slow to load, as in `paths`
     from vfix_engine.study.diathermy.labels import Label
@@ -26,7 +27,6 @@ if TYPE_CHECKING:  # slow to load, as in `paths`
 
 TaskName = Literal["polyps", "labels"]
 PolypPlaces = Literal["seed", "route"]
-POLYPS, HOLD_S = 10, 7.0  # as printed
 
 
 @dataclass(frozen=True)

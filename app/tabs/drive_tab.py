@@ -12,6 +12,7 @@ from app.drives.prepared_drive import PreparedDrive
 from app.drives.sections import DriveSection
 from app.drives.shared_drive import SharedDrive
 from app.drives.shared_drives import DriveKey, SharedDrives
+from app.drives.summed_axes import Axes, SummedAxes
 from app.drives.view import HAND_LOST, drive_section, motion
 from app.kit.kept import Same
 from app.messages.client import Client
@@ -53,6 +54,8 @@ class DriveTab(Tab, Generic[P, T]):
         self.reads = 0  # of new snapshots
         self._taken_ms = 0  # when the snapshot was taken over
         self._run_when_ready = False
+        self._axes = SummedAxes()
+        self.buttons = 0  # bit mask of what is held beside the axes
         self._hand: GripDrag | None = None  # on the grip, set on the scene's thread
 
     @property
@@ -88,6 +91,8 @@ class DriveTab(Tab, Generic[P, T]):
 
     def leave_drive(self) -> None:
         """Let go of the drive, which is ended where nobody else is in it."""
+        self._axes.clear()
+        self.buttons = 0
         self.abandon()
         self.key = self.drive = self.before = None
         self.now = DriveRecord()
@@ -216,7 +221,7 @@ class DriveTab(Tab, Generic[P, T]):
         if isinstance(command, c.Push):
             (drive.drive if command.type == "drive" else drive.twist)(self.client, command.direction)
         elif isinstance(command, c.MoveAxes):
-            drive.axes(self.client, command.camera_x, command.camera_y, command.insert)
+            self.push_axes(drive, command.hand, (command.camera_x, command.camera_y, command.insert))
         elif isinstance(command, c.MoveMaster):
             drive.master(self.client, command.position, command.clutch)
         elif isinstance(command, c.DeflectRate):
@@ -232,6 +237,10 @@ class DriveTab(Tab, Generic[P, T]):
                 case "rehearsal.let_go":
                     drive.leave(self.client)
 
+    def push_axes(self, drive: SharedDrive[P, T], source: str, axes: Axes) -> None:
+        """Camera to the right and down, and insertion, by one source: added to those of the others."""
+        drive.axes(self.client, *self._axes.push(source, axes), self.buttons)
+
     def gripped(self, drag: GripDrag) -> None:
         self._hand = None if drag.phase == "end" else drag
         drive = self.drive
@@ -243,6 +252,7 @@ class DriveTab(Tab, Generic[P, T]):
             drive.set_grip(self.client, drag.position, takes_hold=drag.phase == "start", turns=drag.turns)
 
     def release_now(self) -> None:
+        self._axes.clear()
         if self.drive is not None:
             self.drive.release(self.client)
 

@@ -98,6 +98,17 @@ def documented(heading: str) -> tuple[list[Function], int, int]:
     return named, int(total[1]), int(total[2])
 
 
+def test_the_way_of_a_hand_in_the_lumen_names_functions_that_exist() -> None:
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    body = text.split("## How a hand in the lumen reaches a joint\n", 1)[1].split("\n## ", 1)[0]
+    named = re.findall(r"\]\(\.\./((?:app|vfix_engine)/[\w/-]+\.(?:py|js))\) ((?:`[\w.]+`(?:, )?)+)", body)
+    assert len(named) > 15
+    for file, names in named:
+        source = (ROOT / file).read_text(encoding="utf-8")
+        for part in re.findall(r"\w+", names):  # a class and its method are looked for each by itself
+            assert re.search(rf"^ *(?:export )?(?:def |class |function )?{part}\b *[(:]", source, re.M), (file, part)
+
+
 def check(heading: str, passed: list[Function]) -> None:
     """The documented walk is the one that was walked, and its totals are right."""
     named, functions, files = documented(heading)

@@ -1,22 +1,70 @@
 import assert from "node:assert/strict";
-import { test } from "node:test";
-import { axesOf } from "../../app/web/js/endoscope/camera-hand.js";
+import { afterEach, mock, test } from "node:test";
+import { CameraHand, MM_PER_PX, axesOf } from "../../app/web/js/endoscope/camera-hand.js";
 import { arcOf } from "../../app/web/js/endoscope/guidance-arc.js";
 
 const NOW = { depth: 100, insertion: 20, camera: 30, seconds: 0.02 };
 
-test("what a drag owes is sent as speed, and all of it is sent in the end", () => {
-  let owed = { right: 1.5, down: -2, depth: /** @type {number | null} */ (null) };
-  let [right, down] = [0, 0];
-  for (let i = 0; i < 10; i++) {
-    const next = axesOf(owed, NOW);
-    assert.ok(Math.hypot(next.axes.camera_x, next.axes.camera_y) <= 1 + 1e-9);
-    right += next.axes.camera_x * NOW.camera * NOW.seconds;
-    down += next.axes.camera_y * NOW.camera * NOW.seconds;
-    owed = next.owed;
-  }
-  assert.ok(Math.abs(right - 1.5) < 1e-9 && Math.abs(down + 2) < 1e-9);
-  assert.deepEqual(axesOf(owed, NOW).axes, { camera_x: 0, camera_y: 0, insert: 0 });
+/** A hand in a picture of 480 pixels whose timer comes every `every` ms, and what the robot's camera was moved by it. @param {number} every */
+function handAt(every) {
+  /** @type {[string, any][]} */
+  const sent = [];
+  const moved = { right: 0, down: 0 };
+  let [now, axes] = [0, { camera_x: 0, camera_y: 0, insert: 0 }];
+  const state = { rehearsal: { state: "running", mine: true }, snake: { depth_mm: 100, length_mm: 800, insertion_mm_per_s: 20, camera_mm_per_s: NOW.camera } };
+  const connection = { state, send: (/** @type {string} */ type, /** @type {any} */ message) => { sent.push([type, message]); axes = message; } };
+  mock.method(performance, "now", () => now);
+  mock.timers.enable({ apis: ["setInterval"] });
+  const picture = { addEventListener() {}, clientWidth: 480, classList: { toggle() {} } };
+  globalThis.window = /** @type {any} */ ({ addEventListener() {} });
+  const hand = new CameraHand(/** @type {any} */ (picture), /** @type {any} */ (connection), /** @type {any} */ ({ hold() {} }));
+  hand.follow(/** @type {any} */ (state), true);
+  const pass = (/** @type {number} */ ms) => {
+    moved.right += (axes.camera_x * NOW.camera * ms) / 1000;
+    moved.down += (axes.camera_y * NOW.camera * ms) / 1000;
+    now += ms;
+  };
+  return { hand, sent, moved, tick: (ms = every) => { pass(ms); if (hand.timer !== undefined) hand.tell(); } };
+}
+
+afterEach(() => {
+  mock.restoreAll();
+  mock.timers.reset();
+});
+
+for (const every of [20, 40, 80]) {
+  test(`a drag of 6 mm moves the camera by 6 mm where the timer comes every ${every} ms`, () => {
+    const { hand, moved, sent, tick } = handAt(every);
+    hand.press(/** @type {any} */ ({ button: 0 }));
+    hand.drag(/** @type {any} */ ({ movementX: -200, movementY: 0 }));
+    for (let i = 0; i < 30; i++) tick();
+    assert.ok(Math.abs(moved.right - 200 * MM_PER_PX) < 0.01 && moved.down === 0, `${moved.right} mm`);
+    for (const [type, { hand: of, camera_x: x, camera_y: y }] of sent) assert.ok(type === "axes" && of === "picture" && Math.hypot(x, y) <= 1 + 1e-9);
+    assert.deepEqual(sent.at(-1)?.[1], { hand: "picture", camera_x: 0, camera_y: 0, insert: 0 });
+    hand.release();
+    assert.equal(hand.timer, undefined);
+  });
+}
+
+test("a drag moves the camera by its size where the timer is late now and then", () => {
+  const { hand, moved, tick } = handAt(20);
+  hand.press(/** @type {any} */ ({ button: 0 }));
+  hand.drag(/** @type {any} */ ({ movementX: 120, movementY: -80 }));
+  for (const late of [20, 70, 20, 20, 95, 25, 20, 60, 20]) tick(late);
+  for (let i = 0; i < 30; i++) tick();
+  assert.ok(Math.hypot(moved.right + 120 * MM_PER_PX, moved.down - 80 * MM_PER_PX) < 0.01, `${moved.right}, ${moved.down} mm`);
+});
+
+test("letting go is the clutch: what is left of a drag is not moved", () => {
+  const { hand, moved, sent, tick } = handAt(20);
+  hand.press(/** @type {any} */ ({ button: 0 }));
+  hand.drag(/** @type {any} */ ({ movementX: -200, movementY: 0 }));
+  for (let i = 0; i < 4; i++) tick();
+  hand.release();
+  assert.deepEqual(sent.at(-1)?.[1], { hand: "picture", camera_x: 0, camera_y: 0, insert: 0 });
+  const here = moved.right;
+  for (let i = 0; i < 5; i++) tick();
+  assert.ok(moved.right === here && here > 1 && here < 4);
 });
 
 test("a depth that is wanted is approached at full speed, slower near it, and given up once it is reached", () => {

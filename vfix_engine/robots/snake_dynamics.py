@@ -6,8 +6,6 @@ converted to metres where the Pinocchio model is built.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
@@ -99,46 +97,6 @@ def gravity_in(transform_base_to_patient: ArrayLike, down_in_patient: ArrayLike 
         raise RobotError(f"the direction of gravity has length {size:g}")
     gravity: Array = GRAVITY * direction_in_base(down / size, base)
     return gravity
-
-
-class Drift(NamedTuple):
-    """Partial derivatives with time of a bending Q(r, ϑ, t) as tissue moves; rad and s.
-
-    t: (n,) Q_t; tt: (n,) Q_tt; mixed: (n, 2) Q_rt and Q_ϑt.
-    """
-
-    t: Array
-    tt: Array
-    mixed: Array
-
-
-def accelerated(
-    partials: ArrayLike, second: ArrayLike, rate: ArrayLike, acceleration: ArrayLike, drift: Drift | None = None
-) -> tuple[Array, Array]:
-    """Joint velocities (n,) in rad/s and accelerations (n,) in rad/s² of a bending Q(r, ϑ, t) (Kwok 2013, eq. 30).
-
-    The second line of (30) lacks the second-order terms Q_rr ṙ² + 2 Q_rϑ ṙϑ̇ + Q_ϑϑ ϑ̇² in the rates. They are as
-    large as the others and are included here.
-
-    Args:
-        partials: (n, 2) Q_r, Q_ϑ; second: (n, 3) Q_rr, Q_rϑ, Q_ϑϑ; rate: (2,) ṙ, ϑ̇; acceleration: (2,) r̈, ϑ̈.
-        drift: None where the bending does not depend on time.
-
-    Raises:
-        RobotError: an array of another shape, or a number that is not finite.
-    """
-    count = len(np.atleast_1d(np.asarray(partials, dtype=float)))
-    first = _finite(partials, (count, 2), "the partial derivatives")
-    curved = _finite(second, (count, 3), "the second derivatives")
-    r, theta = _finite(rate, (2,), "the rates")
-    q_rate = first @ (r, theta)  # (30), first line
-    q_acceleration = first @ _finite(acceleration, (2,), "the accelerations")  # (30), second line
-    q_acceleration += curved @ (r * r, 2.0 * r * theta, theta * theta)
-    if drift is not None:
-        q_rate += _finite(drift.t, (count,), "the drift")
-        q_acceleration += 2.0 * (_finite(drift.mixed, (count, 2), "the drift's partial derivatives") @ (r, theta))
-        q_acceleration += _finite(drift.tt, (count,), "the drift's second derivative")
-    return q_rate, q_acceleration
 
 
 def _finite(values: ArrayLike, shape: tuple[int, ...], what: str) -> Array:

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, BoolArray
+from ..arrays import Array
 from ..runtime.run import Run
 from ..runtime.system import SystemSpec
 from ..worlds.freehand.spec import FreehandSpec
 from ..worlds.registry import spec_of
 from .metrics.held import HELD, held_by
 from .metrics.samples import Samples, samples_of
+from .spans import spans
 
-GAP_S = 0.3  # a hold that goes on after a shorter interruption is one: a hand that presses on and slides is told once
 UNKNOWN_WORDS = "not known: this version of the control makes another step there"
 
 
@@ -65,9 +64,9 @@ def holds_of(run: Run, spec: SystemSpec | None = None) -> tuple[RunHold, ...]:
 
 
 def _holds(run: Run, spec: SystemSpec, samples: Samples, time: Array) -> Iterator[RunHold]:
-    spans = list(_spans(samples.outcome == HELD, time))
-    reasons = held_by(run, spec, samples, [first for first, _ in spans])
-    for (first, last), why in zip(spans, reasons, strict=True):
+    held = spans(samples.outcome == HELD, time)
+    reasons = held_by(run, spec, samples, [first for first, _ in held])
+    for (first, last), why in zip(held, reasons, strict=True):
         point = samples.tip[first] if why is None or why.point is None else why.point
         kind, structure, part, words = ("", "", "", UNKNOWN_WORDS) if why is None else why[:4]
         yield RunHold(*_when(samples, time, first, last), kind, structure, part, words, _place(point))
@@ -78,22 +77,12 @@ def _contacts(samples: Samples, time: Array) -> Iterator[RunHold]:
     for body, structure in enumerate(samples.structures):
         for part, name in enumerate(samples.tool.segment_names):
             distance = samples.distance[:, body, part]
-            for first, last in _spans(distance < 0.0, time):
+            for first, last in spans(distance < 0.0, time):
                 depth = -float(distance[first : last + 1].min())
                 deepest = first + int(distance[first : last + 1].argmin())
                 words = f"the {name} was {depth:.1f} mm in {structure}"
                 when = _when(samples, time, first, last)
                 yield RunHold(*when, "contact", structure, name, words, _place(samples.tip[deepest]), depth)
-
-
-def _spans(active: BoolArray, time: Array) -> Iterator[tuple[int, int]]:
-    """First and last sample of every time in which ``active`` (n,) is True, interruptions up to ``GAP_S`` included."""
-    places = np.flatnonzero(active)
-    if not len(places):
-        return
-    breaks = [0, *(i + 1 for i, (a, b) in enumerate(pairwise(time[places])) if b - a > GAP_S), len(places)]
-    for begin, end in pairwise(breaks):
-        yield int(places[begin]), int(places[end - 1])
 
 
 def _when(samples: Samples, time: Array, first: int, last: int) -> tuple[float, float]:

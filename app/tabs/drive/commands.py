@@ -7,8 +7,10 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from app.drives import commands as drives
-from app.lumen.tasks import HOLD_S, POLYPS, TaskName
+from app.lumen.tasks import TaskName
 from app.messages.fields import ClientMessage
+from vfix_engine.study.polyps.printed import HOLD_S, POLYPS
+from vfix_engine.worlds.snake.settings import Arm
 
 Bound = Annotated[float, Field(ge=0.1, le=50.0, allow_inf_nan=False)]  # [mm]
 LinkValue = Annotated[float, Field(ge=0.0, le=50.0, allow_inf_nan=False)]  # [mm] or [N/mm]
@@ -25,7 +27,7 @@ class ChooseArm(ClientMessage):
     """Who keeps the links in the pathway. The run ends, and the next begins at the entry."""
 
     type: Literal["drive.arm"]
-    arm: Literal["manual", "guided", "certified"]
+    arm: Arm
 
 
 class ChooseParameters(ClientMessage):

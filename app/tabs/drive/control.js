@@ -7,14 +7,13 @@ import { hintLine, html, nothing, titled } from "/static/js/template.js";
 /** @import { Commands, DriveOptionsView, LinkValuesView, SnakeView } from "/static/js/types.js" */
 
 /** @typedef {DriveOptionsView["arm"]} Arm */
-/** @type {[Arm, string][]} */
-const ARMS = [["manual", "Manual"], ["guided", "Guided"], ["certified", "Certified"]];
-/** @type {Record<Arm, string>} */
-const WORDS = {
-  manual: "Your hand turns one of the last two joints.",
-  guided: "Forces lead your hand; nothing refuses a motion.",
-  certified: "Every motion is certified.",
+/** Of every arm its name on the page, and what it is; in the order of the buttons. @type {Record<Arm, [string, string]>} */
+const ARMS = {
+  manual: ["Manual", "Your hand turns one of the last two joints."],
+  guided: ["Guided", "Forces lead your hand; nothing refuses a motion."],
+  certified: ["Certified", "Every motion is certified."],
 };
+const ARM_NAMES = /** @type {Arm[]} */ (Object.keys(ARMS));
 const WITHOUT = "Without the certificate: nothing keeps the robot in its pathway.";
 const HELP = "Manual: the paper’s ‘without’. Left and right, up and down turn one of the last two universal joints, the others follow the centreline. "
   + "Guided: the paper’s ‘with’. Forces on the hand, and no bound that holds; without a force device the pull yields to the force. "
@@ -48,9 +47,9 @@ export function controlGroup(connection, options, snake, running) {
     connection.send("drive.preset", { preset: /** @type {DriveOptionsView["preset"]} */ (value || null) });
   };
   return titled("Arm", null, html`
-    <div class="segmented devices" role="group" aria-label="Arm">${ARMS.map(([name, label]) => html`<button type="button" data-arm=${name}
-      aria-pressed=${String(name === arm)} ?disabled=${!open} @click=${() => connection.send("drive.arm", { arm: name })}>${label}</button>`)}</div>
-    ${hintLine("arm-words", arm === "certified" ? certifiedWords(snake) : WORDS[arm], arm === "certified" ? `${BEHIND_HELP} ${HELP}` : HELP)}
+    <div class="segmented devices" role="group" aria-label="Arm">${ARM_NAMES.map((name) => html`<button type="button" data-arm=${name}
+      aria-pressed=${String(name === arm)} ?disabled=${!open} @click=${() => connection.send("drive.arm", { arm: name })}>${ARMS[name][0]}</button>`)}</div>
+    ${hintLine("arm-words", arm === "certified" ? certifiedWords(snake) : ARMS[arm][1], arm === "certified" ? `${BEHIND_HELP} ${HELP}` : HELP)}
     ${arm === "certified" ? nothing : html`<p class="words uncertified" id="uncertified" role="status">${WITHOUT}</p>`}
     ${arm === "manual" ? joints(connection, snake, running) : nothing}
     ${arm === "guided" && snake?.yield_mm_per_s_per_n ? html`<p class="words" id="yield-words">Each newton of guidance moves your pull by ${fixed(snake.yield_mm_per_s_per_n, 0)} mm/s, assumed.</p>` : nothing}
@@ -65,7 +64,7 @@ export function controlGroup(connection, options, snake, running) {
  * @param {SnakeView | null | undefined} snake
  */
 export function certifiedWords(snake) {
-  if (!snake?.behind) return WORDS.certified;
+  if (!snake?.behind) return ARMS.certified[1];
   const { share, depth_mm: depth } = snake.behind;
   return `Certified · ${fixed(100 * share, 0)} % of the pathway behind wall · up to ${fixed(depth, 1)} mm`;
 }

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Literal
 
 from app.lumen.tasks import TaskChoice
 from app.tabs.drive.sections import DriveOptionsView, LinkValuesView
+from vfix_engine.worlds.snake.settings import Arm
 
 if TYPE_CHECKING:  # slow to load, and a planner that drives no snake needs none of it
     from vfix_engine.worlds.snake import DriveSettings
 
-ArmName = Literal["manual", "guided", "certified"]
 PresetName = Literal["kwok2013"]
 LINKS = 5  # that the camera command moves, L' of Kwok 2013
 BoundsMm = tuple[float | None, float | None, float | None, float | None, float | None]
@@ -27,7 +27,7 @@ class LumenDriveOptions:
     those of the route, and of Table II. b_i may be None for one link alone. task: of the next run, None for none.
     """
 
-    arm: ArmName = "certified"
+    arm: Arm = "certified"
     preset: PresetName | None = None
     bounds_mm: BoundsMm | None = None
     thresholds_mm: LinkNumbers | None = None

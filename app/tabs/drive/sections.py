@@ -7,6 +7,7 @@ from typing import Literal, TypedDict
 from app.drives.sections import DetailsSection, DriveSection
 from app.messages.sections import Position
 from app.workspace.sections import ScopeSection
+from vfix_engine.worlds.snake.settings import Arm
 
 
 class LinkView(TypedDict):
@@ -31,7 +32,7 @@ class DriveOptionsView(TypedDict):
     open: this client may choose.
     """
 
-    arm: Literal["manual", "guided", "certified"]
+    arm: Arm
     preset: Literal["kwok2013"] | None
     links: list[LinkValuesView]
     open: bool
@@ -68,7 +69,7 @@ class SnakeView(TypedDict):
     insertion_mm_per_s: float
     camera_mm_per_s: float
     breathing_mm: float
-    arm: Literal["manual", "guided", "certified"]
+    arm: Arm
     certified: bool
     joint: int
     yield_mm_per_s_per_n: float

@@ -32,7 +32,7 @@ from app.workspace.layers import Layer
 from app.workspace.workspace import Workspace
 from vfix_engine.arrays import Array
 from vfix_engine.errors import ControlError
-from vfix_engine.runtime.command import BUTTON_CUT
+from vfix_engine.runtime.command import BUTTON_CUT, NO_AXES
 from vfix_engine.runtime.requests import Request, Straighten
 from vfix_engine.worlds.snake.requests import ChooseJoint, LookRound
 from vfix_engine.worlds.snake.snapshot import SnakeSnapshot
@@ -51,9 +51,6 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
         super().__init__(workspace, shared)
         self._routes = workspace.services.lumen_routes
         self._route: StoredRoute | None = None
-        self._held = [0, 0]  # keys: to the side, and along the lumen
-        self._moved = 0.0, 0.0, 0.0  # axes of mouse or device
-        self._cutting = False  # the button of the tool is held
         self._shows_bends = False  # the control bends, as ghosts
         workspace.opened.on_changed(KIND, self._opened)
 
@@ -157,29 +154,17 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
         """Keys are axes of this robot: along the lumen, and the camera to a side."""
         drive = self.drive
         if isinstance(command, drives.Push) and drive is not None:
-            self._held[command.type == "drive"] = command.direction
-            self._hold(drive)
+            along = command.type == "drive"
+            axes = (0.0, 0.0, float(command.direction)) if along else (float(command.direction), 0.0, 0.0)
+            self.push_axes(drive, command.type, axes)
         elif isinstance(command, c.CutTool) and drive is not None:
-            self._cutting = command.on
-            self._hold(drive)
-        elif isinstance(command, drives.MoveAxes) and drive is not None:
-            self._moved = command.camera_x, command.camera_y, command.insert
-            self._hold(drive)
+            self.buttons = BUTTON_CUT if command.on else 0
+            self.push_axes(drive, "tool", NO_AXES)
         else:
             super().handle_now(command)
 
-    def _hold(self, drive: SharedDrive[PreparedSnake, SnakeSnapshot]) -> None:
-        """Everything that the hand holds together: keys, mouse or device, and the button."""
-        x, y, insert = self._moved
-        buttons = BUTTON_CUT if self._cutting else 0
-        drive.axes(self.client, self._held[0] + x, y, self._held[1] + insert, buttons)
-
     def _offered(self) -> tuple[TaskName, ...]:
         return self.workspace.services.lumen_routes.tasks.offered(self.workspace.case.case_id)
-
-    def release_now(self) -> None:
-        self._held, self._moved, self._cutting = [0, 0], (0.0, 0.0, 0.0), False
-        super().release_now()
 
     # -- what the page and the scene show
 

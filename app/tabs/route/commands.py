@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from app.lumen.marks import MarkKind
 from app.messages.fields import ClientMessage, Identifier
 
 
@@ -21,7 +22,7 @@ class PickRoutePlace(ClientMessage):
     """
 
     type: Literal["route.pick"]
-    what: Literal["entry", "end", "polyp", "label", "move", ""]
+    what: Literal["entry", "end", MarkKind, "move", ""]
     mark_id: Identifier | None = None
 
 

@@ -7,7 +7,7 @@ import { rovingRows } from "/static/js/roving.js";
 import { draw, html, iconTool, repeat } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
-/** @import { MarkView, RouteSection } from "/static/js/types.js" */
+/** @import { MarkKindView, MarkView, RouteSection } from "/static/js/types.js" */
 
 const SEED_HELP = "Ten polyps, one in each tenth.";
 
@@ -23,8 +23,10 @@ export class MarksPart {
 
   /** What the folded part says of itself. @param {RouteSection | null | undefined} route */
   static line(route) {
-    const of = (/** @type {string} */ kind) => route?.marks.filter((mark) => mark.kind === kind).length ?? 0;
-    const words = [of("polyp") && count(of("polyp"), "polyp", "polyps"), of("label") && count(of("label"), "label", "labels")];
+    const words = (route?.mark_kinds ?? []).map(({ kind, many }) => {
+      const of = route?.marks.filter((mark) => mark.kind === kind).length ?? 0;
+      return of && count(of, kind, many);
+    });
     return { words: words.filter(Boolean).join(", "), mark: /** @type {const} */ ("") };
   }
 
@@ -38,9 +40,9 @@ export class MarksPart {
       draw(this.element, html``);
       return;
     }
-    const pick = (/** @type {"polyp" | "label"} */ what, /** @type {string} */ words) => html`<button type="button" id=${`pick-${what}`} data-operation="route.mark.add" aria-pressed=${String(route.picking === what)} ?disabled=${route.locked}
-      @click=${() => this.connection.send("route.pick", { what: route.picking === what ? "" : what })}>${words}</button>`;
-    draw(this.element, html`<div class="buttons even">${pick("polyp", "Click polyps")}${pick("label", "Click labels")}</div>
+    const pick = (/** @type {MarkKindView} */ { kind: what, many }) => html`<button type="button" id=${`pick-${what}`} data-operation="route.mark.add" aria-pressed=${String(route.picking === what)} ?disabled=${route.locked}
+      @click=${() => this.connection.send("route.pick", { what: route.picking === what ? "" : what })}>Click ${many}</button>`;
+    draw(this.element, html`<div class="buttons even">${route.mark_kinds.map(pick)}</div>
       <div class="buttons even"><input type="text" inputmode="numeric" id="polyp-seed" aria-label="Seed" title=${SEED_HELP} ?disabled=${route.locked} .value=${this.seed} @change=${this.typed}>
         <button type="button" id="seed-polyps" data-operation="route.mark.seed" title=${SEED_HELP} ?disabled=${route.locked || !this.fitted} @click=${this.seeded}>Polyps by seed</button></div>
       <ul class="list plain-rows" id="marks" aria-label="Polyps and labels" ?hidden=${!route.marks.length}>${repeat(route.marks, ({ id }) => id, (mark) => this.row(mark, route))}</ul>`);

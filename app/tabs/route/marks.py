@@ -6,13 +6,11 @@ from typing import Any
 
 from app.drives.view import place
 from app.lumen.document import Route
-from app.lumen.marks import PROUD_MM, RouteMark
-from app.scene import palette
+from app.lumen.marks import MARK_KINDS, RouteMark
 from app.scene.lumen import MarkNodes, MarkShape
-from app.tabs.route.sections import MarkView
+from app.tabs.route.sections import MarkKindView, MarkView
 from app.workspace.layers import Layer
-
-_COLOURS = {"polyp": palette.POLYP, "label": palette.TARGET}
+from vfix_engine.study.polyps.printed import PROUD_MM
 
 
 def mark_view(mark: RouteMark) -> MarkView:
@@ -20,7 +18,14 @@ def mark_view(mark: RouteMark) -> MarkView:
     return {"id": mark.id, "kind": mark.kind, "name": mark.name, "at": place(mark.at)}
 
 
+def mark_kinds() -> list[MarkKindView]:
+    """Every kind that the page has a button for."""
+    return [{"kind": kind, "many": style.many} for kind, style in MARK_KINDS.items()]
+
+
 def marks_layer(route: Route, case_id: str | None) -> Layer[Any]:
     """All of them on the wall."""
-    shapes = tuple(MarkShape(mark.id, mark.name, mark.at, PROUD_MM, _COLOURS[mark.kind]) for mark in route.marks)
+    shapes = tuple(
+        MarkShape(mark.id, mark.name, mark.at, PROUD_MM, MARK_KINDS[mark.kind].colour) for mark in route.marks
+    )
     return Layer("route.marks", shapes, MarkNodes, lambda nodes: nodes.show(shapes), case_id)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Literal, TypedDict
 
+from app.lumen.marks import MarkKind
 from app.messages.sections import Position
 
 
@@ -25,9 +26,16 @@ class MarkView(TypedDict):
     """A polyp or a label on the wall, LPS mm."""
 
     id: str
-    kind: Literal["polyp", "label"]
+    kind: MarkKind
     name: str
     at: Position
+
+
+class MarkKindView(TypedDict):
+    """A kind of marks; many: of them, in words."""
+
+    kind: MarkKind
+    many: str
 
 
 class ContourView(TypedDict):
@@ -71,7 +79,8 @@ class WallViewsSection(TypedDict):
 class RouteSection(TypedDict):
     """The open route; lengths in mm. links: None for as many as the way needs. bound_mm: None by the lumen's radius.
 
-    picking: what the next click on the wall is, '' for nothing. moving: the polyp or label that it moves, or ''.
+    mark_kinds: that there are. picking: what the next click on the wall is, '' for nothing. moving: the polyp or label
+    that it moves, or ''.
     """
 
     id: str
@@ -91,7 +100,8 @@ class RouteSection(TypedDict):
     peristalsis: float
     peristalsis_period_s: float
     marks: list[MarkView]
-    picking: Literal["entry", "end", "polyp", "label", "move", ""]
+    mark_kinds: list[MarkKindView]
+    picking: Literal["entry", "end", MarkKind, "move", ""]
     moving: str
 
 

@@ -9,6 +9,7 @@ from app.documents.editor import check_still_newest
 from app.kit.kept import Same
 from app.lumen.document import StoredRoute
 from app.lumen.mark_operations import AddMark, MoveMark
+from app.lumen.marks import MARK_KINDS
 from app.lumen.operations import SPEC as ROUTES
 from app.lumen.operations import SetEnd, SetEntry
 from app.lumen.paths import RoutePath
@@ -39,10 +40,8 @@ KIND = "route"
 _PICKED = {
     "entry": "Click on the wall where the robot enters.",
     "end": "Click on the wall where the route ends.",
-    "polyp": "Click on the wall where polyps are.",
-    "label": "Click on the wall where labels are.",
     "move": "Click on the wall where it is to be.",
-}
+} | {kind: f"Click on the wall where {style.many} are." for kind, style in MARK_KINDS.items()}
 
 
 class RouteTab(Tab):
@@ -183,7 +182,7 @@ class RouteTab(Tab):
                 super().clicked(ray)
             return
         place = position_of(hit.position)
-        if self._picking in ("polyp", "label"):  # there are several: it goes on until it is switched off
+        if self._picking in MARK_KINDS:  # there are several: it goes on until it is switched off
             self._do(AddMark(kind=self._picking, at=place))  # type: ignore[arg-type]
             return
         operation: Any = SetEntry(at=place) if self._picking == "entry" else SetEnd(at=place)

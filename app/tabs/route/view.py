@@ -5,7 +5,7 @@ from __future__ import annotations
 from app.drives.view import number, place
 from app.lumen.document import StoredRoute
 from app.lumen.paths import RoutePath
-from app.tabs.route.marks import mark_view
+from app.tabs.route.marks import mark_kinds, mark_view
 from app.tabs.route.sections import ReachOfferView, RoutePathSection, RouteSection
 from vfix_engine.arrays import Array
 from vfix_engine.worlds.snake.reach import ReachOffer
@@ -32,6 +32,7 @@ def route_section(route: StoredRoute, picking: str, moving: str) -> RouteSection
         "peristalsis": content.peristalsis,
         "peristalsis_period_s": content.peristalsis_period_s,
         "marks": [mark_view(mark) for mark in content.marks],
+        "mark_kinds": mark_kinds(),
         "picking": picking,  # type: ignore[typeddict-item]
         "moving": moving,
     }

@@ -36,10 +36,11 @@ export function lumenFacts(score) {
     { name: "Held", value: duration(score.held_s) },
   );
   for (const { name, value, unit, digits, worse } of task?.rows ?? []) facts.push({ name, value: `${fixed(value, digits)}${unit && value !== null ? ` ${unit}` : ""}`, worse });
+  if (task?.lacking) facts.push({ name: task.title, value: task.lacking });
   return facts;
 }
 
 /** @param {LumenScorePublic} score what a list says of it */
-export function shortOfLumen({ certified, completed, time_s, depth_mm, nearest_mm: nearest, beyond_bound_mm, held_s, task }) {
-  return { certified, completed: task ? task.completed : completed, time_s, depth_mm, deviation_mm: nearest?.max ?? null, beyond_bound_mm, held_s };
+export function shortOfLumen({ certified, completed, time_s, depth_mm, nearest_mm: nearest, beyond_bound_mm, held_s }) {
+  return { certified, completed, time_s, depth_mm, deviation_mm: nearest?.max ?? null, beyond_bound_mm, held_s };
 }

@@ -687,7 +687,8 @@ export interface RouteEntry {
 /**
  * The open route; lengths in mm. links: None for as many as the way needs. bound_mm: None by the lumen's radius.
  *
- * picking: what the next click on the wall is, '' for nothing. moving: the polyp or label that it moves, or ''.
+ * mark_kinds: that there are. picking: what the next click on the wall is, '' for nothing. moving: the polyp or label
+ * that it moves, or ''.
  */
 export interface RouteSection {
   id: string;
@@ -707,6 +708,7 @@ export interface RouteSection {
   peristalsis: number;
   peristalsis_period_s: number;
   marks: MarkView[];
+  mark_kinds: MarkKindView[];
   picking: "entry" | "end" | "polyp" | "label" | "move" | "";
   moving: string;
 }
@@ -717,6 +719,12 @@ export interface MarkView {
   kind: "polyp" | "label";
   name: string;
   at: [number, number, number];
+}
+
+/** A kind of marks; many: of them, in words. */
+export interface MarkKindView {
+  kind: "polyp" | "label";
+  many: string;
 }
 
 /**
@@ -2062,9 +2070,9 @@ export interface ShortScore {
 /**
  * Figures of the score of a run in a lumen; lengths in mm.
  *
- * completed: as in `LumenScorePublic`, or that the task of the run was done. depth_mm: the tip's deepest place, null
- * on a fixed base. deviation_mm: the largest of the link nearest to its bound, null in a run whose rows do not have
- * it. beyond_bound_mm: 0 where no link was beyond it.
+ * completed: as in `LumenScorePublic`. depth_mm: the tip's deepest place, null on a fixed base. deviation_mm: the
+ * largest of the link nearest to its bound, null in a run whose rows do not have it. beyond_bound_mm: 0 where no link
+ * was beyond it.
  */
 export interface ShortLumenScore {
   certified: boolean;
@@ -2224,12 +2232,12 @@ export interface JointPublic {
 /**
  * The score of a run in a lumen, see docs/metrics.md; lengths in mm, times in s, forces in N.
  *
- * completed: the tip came to the end of its way, or of a robot on a fixed base: its task was done. depth_mm: its
- * deepest place; length_mm, reach_mm: of the pathway, and how far along it this robot can come; share: of length_mm.
- * insertion_s: until the deepest place; withdrawal_s: from then until the tip was out, null where it was not. All from
- * depth_mm on are null on a fixed base, from which nothing is inserted. deviation: of the last links, nearest_mm: of
- * the link nearest to its bound; both null in a run whose rows do not have them. held_by: the longest first; holds: in
- * the order of time. task: what the run's task adds, null without one.
+ * completed: its task was done, or without one the tip came to the end of its way. depth_mm: its deepest place;
+ * length_mm, reach_mm: of the pathway, and how far along it this robot can come; share: of length_mm. insertion_s:
+ * until the deepest place; withdrawal_s: from then until the tip was out, null where it was not. All from depth_mm on
+ * are null on a fixed base, from which nothing is inserted. deviation: of the last links, nearest_mm: of the link
+ * nearest to its bound; both null in a run whose rows do not have them. held_by: the longest first; holds: in the
+ * order of time. task: what the run's task adds, null without one.
  */
 export interface LumenScorePublic {
   world: string;
@@ -2258,19 +2266,25 @@ export interface LumenScorePublic {
   holds: HoldPublic[];
 }
 
-/** Times in which the last links were outside the pathway; length_mm: the tip's way in them. */
+/**
+ * Times in which any of the last links was outside the pathway, in one piece each; longest_s: of the longest.
+ *
+ * length_mm: the tip's way while the last link is outside; depth_mm: of the deepest link, its mean over time_s.
+ */
 export interface DeviationPublic {
   episodes: number;
   time_s: number;
+  longest_s: number;
   length_mm: number;
   depth_mm: MeanMaxPublic | null;
 }
 
-/** What a run of a task is worth. */
+/** What a run of a task is worth; lacking: what of it is not known and why, '' for nothing. */
 export interface TaskScorePublic {
   title: string;
   completed: boolean;
   rows: ScoreRowPublic[];
+  lacking: string;
 }
 
 /** A figure of a task as it is shown; value null where it is not defined, worse where it is to stand out. */
@@ -2443,6 +2457,7 @@ export interface Commands {
     kind: "point" | "target" | "none";
   };
   "axes": {
+    hand?: "picture" | "device";
     camera_x?: number;
     camera_y?: number;
     insert?: number;

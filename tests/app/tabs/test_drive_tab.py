@@ -70,6 +70,39 @@ def test_a_robot_is_inserted_by_keys_steered_straightened_and_its_run_isstored(
     assert (run.plan_id, run.manifest["world"], run.mode) == (route.id, "snake", None)
 
 
+def test_keys_a_drag_and_a_device_are_added_and_none_stops_another(
+    phantom_services: Services,
+    shared: SharedDrives[Any, Any],
+    route: StoredRoute,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    client = Driving(phantom_services, shared)
+    client.open(route)
+    told: list[tuple[float, float, float]] = []
+    assert client.tab.drive is not None
+    assert client.tab.drive.lease.take(client.tab.client)
+    monkeypatch.setattr(client.tab.drive, "axes", lambda hand, *axes: told.append(axes))
+
+    def after(command: drives.Push | drives.MoveAxes) -> tuple[float, float, float]:
+        client.tab.handle_now(command)
+        return told[-1]
+
+    def picture(x: float, y: float, insert: float = 0.0) -> drives.MoveAxes:
+        return drives.MoveAxes(type="axes", hand="picture", camera_x=x, camera_y=y, insert=insert)
+
+    assert after(drives.Push(type="drive", direction=1)) == (0.0, 0.0, 1.0)
+    assert after(picture(0.5, -0.25)) == (0.5, -0.25, 1.0), "a drag does not stop what a key inserts"
+    assert after(drives.Push(type="twist", direction=1)) == (1.0, -0.25, 1.0), "no more than full speed"
+    assert after(drives.MoveAxes(type="axes", camera_x=-1.0, insert=-0.5)) == (0.5, -0.25, 0.5)
+    assert after(picture(0.0, 0.0)) == (0.0, 0.0, 0.5)
+    assert after(drives.Push(type="twist", direction=0)) == (-1.0, 0.0, 0.5)
+    assert after(drives.MoveAxes(type="axes")) == (0.0, 0.0, 1.0)
+    assert after(drives.Push(type="drive", direction=0)) == (0.0, 0.0, 0.0)
+    client.tab.handle_now(drives.Push(type="drive", direction=1))
+    client.tab.release_now()
+    assert after(picture(0.0, 1.0)) == (0.0, 1.0, 0.0), "what was let go of is forgotten"
+
+
 def test_another_client_watches_and_may_pause_and_no_more(
     phantom_services: Services, shared: SharedDrives[Any, Any], route: StoredRoute
 ) -> None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
 from lumen_cases import ENTRY, RADIUS_MM, route_in, tube
 from session_doubles import CLIENT, HEAD, Heard, Now, sections_of, send
 
+from app.lumen.marks import MARK_KINDS, MarkKind
 from app.scene.dragging import DragEvent
 from app.scene.view import ClickRay
 from app.services import Services
@@ -140,6 +141,25 @@ def test_a_contour_is_chosen_resized_and_dragged_and_the_wall_is_told(opened: Op
         opened.do("route.contour.remove", at_mm=900.0)
     assert opened.do("route.contour.clear")["route_contours"]["by_hand"] == 0
     assert opened.do("route.undo")["route_contours"]["by_hand"] == 2
+
+
+@pytest.mark.parametrize("kind", get_args(MarkKind))
+def test_a_mark_of_every_kind_is_clicked_and_shown(opened: Opened, kind: MarkKind) -> None:
+    planned(opened)
+    shown = opened.do("route.pick", what=kind)["route"]
+    many = {one["kind"]: one["many"] for one in shown["mark_kinds"]}[kind]
+    assert many in opened.tab.hint()
+    opened.tab.clicked(wall_at(40.0))
+    (mark,) = sections_of(opened.tab)["route"]["marks"]
+    assert (mark["kind"], mark["name"]) == (kind, f"{kind.capitalize()} 1")
+    assert "route.marks" in [layer.name for layer in opened.tab.layers()]
+
+
+def test_kinds_of_marks_are_told_apart() -> None:
+    assert set(MARK_KINDS) == set(get_args(MarkKind))
+    for styles in zip(*MARK_KINDS.values(), strict=True):
+        assert len(set(styles)) == len(MARK_KINDS)  # letters of their ids, words, colours
+    assert all(len(style.letter) == 1 for style in MARK_KINDS.values())
 
 
 def test_polyps_are_clicked_one_after_the_other_and_one_is_moved(opened: Opened) -> None:

@@ -1,4 +1,4 @@
-"""The snake's inverse dynamics against Lagrange's equations, energy and a trajectory (Kwok 2013, eq. 30)."""
+"""The snake's inverse dynamics against Lagrange's equations and energy."""
 
 import math
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from vfix_engine.errors import RobotError
 from vfix_engine.robots import SnakeModel
 from vfix_engine.robots.snake import JOINT_TORQUE
-from vfix_engine.robots.snake_dynamics import GRAVITY, Drift, SnakeDynamics, accelerated, gravity_in
+from vfix_engine.robots.snake_dynamics import GRAVITY, SnakeDynamics, gravity_in
 
 Array = np.ndarray
 GRAVITIES = [(0.0, 0.0, -GRAVITY), (3.0, -8.0, 4.0)]
@@ -133,63 +133,13 @@ def test_gravity_turns_with_the_base() -> None:
             gravity_in(base, down)
 
 
-class Bending:
-    """Q(r, ϑ, t) of four joints with known derivatives: products of powers, waves and a slow change."""
-
-    a, b, c = (np.array(row) for row in ([0.3, -0.2, 0.5, 0.1], [0.7, 0.4, -0.6, 0.2], [0.2, 0.9, 0.3, -0.4]))
-
-    def value(self, r: float, theta: float, t: float) -> Array:
-        return self.a * r + self.b * r**2 * np.sin(theta + 0.5 * t) + self.c * r * np.cos(2.0 * theta) * t
-
-    def derivatives(self, r: float, theta: float, t: float) -> tuple[Array, Array, Drift]:
-        sine, cosine = math.sin(theta + 0.5 * t), math.cos(theta + 0.5 * t)
-        sine2, cosine2 = math.sin(2.0 * theta), math.cos(2.0 * theta)
-        q_r = self.a + 2.0 * self.b * r * sine + self.c * cosine2 * t
-        q_theta = self.b * r**2 * cosine - 2.0 * self.c * r * sine2 * t
-        rr, mixed = 2.0 * self.b * sine, 2.0 * self.b * r * cosine - 2.0 * self.c * sine2 * t
-        bent = -self.b * r**2 * sine - 4.0 * self.c * r * cosine2 * t
-        q_t, q_tt = 0.5 * self.b * r**2 * cosine + self.c * r * cosine2, -0.25 * self.b * r**2 * sine
-        r_t, theta_t = self.b * r * cosine + self.c * cosine2, -0.5 * self.b * r**2 * sine - 2.0 * self.c * r * sine2
-        second = np.column_stack([rr, mixed, bent])
-        return np.column_stack([q_r, q_theta]), second, Drift(q_t, q_tt, np.column_stack([r_t, theta_t]))
-
-
-def test_joint_accelerations_are_those_of_the_trajectory() -> None:
-    """(30) with all its terms against second differences; without those that the paper drops it is far off."""
-    bending, step = Bending(), 1e-4
-    missing = 0.0
-    for start in np.linspace(0.0, 3.0, 7):
-
-        def steering(t: float) -> tuple[float, float]:
-            return 0.6 + 0.3 * math.sin(2.0 * t), 1.5 * t + 0.4 * math.cos(t)
-
-        def place(t: float, steering: Callable[[float], tuple[float, float]] = steering) -> Array:
-            return bending.value(*steering(t), t)
-
-        t = float(start)
-        rate = np.array([0.6 * math.cos(2.0 * t), 1.5 - 0.4 * math.sin(t)])
-        more = np.array([-1.2 * math.sin(2.0 * t), -0.4 * math.cos(t)])
-        partials, second, drift = bending.derivatives(*steering(t), t)
-        velocity, acceleration = accelerated(partials, second, rate, more, drift)
-        ahead, here, behind = place(t + step), place(t), place(t - step)
-        np.testing.assert_allclose(velocity, (ahead - behind) / (2.0 * step), rtol=0.0, atol=1e-6)
-        wanted = (ahead - 2.0 * here + behind) / step**2
-        np.testing.assert_allclose(acceleration, wanted, rtol=0.0, atol=1e-6)
-        printed = accelerated(partials, np.zeros((4, 3)), rate, more, drift)[1]
-        missing = max(missing, float(np.abs(printed - wanted).max()))
-    assert missing > 1.0  # [rad/s²]
-
-
-def test_a_bending_that_does_not_change_with_time_has_no_drift() -> None:
-    partials, second, drift = Bending().derivatives(0.5, 0.3, 0.0)
-    still = Drift(np.zeros(4), np.zeros(4), np.zeros((4, 2)))
-    assert drift.t.any()
-    for one, other in zip(
-        accelerated(partials, second, (0.2, 0.4), (1.0, -1.0)),
-        accelerated(partials, second, (0.2, 0.4), (1.0, -1.0), still),
-        strict=True,
-    ):
-        np.testing.assert_array_equal(one, other)
+def test_a_step_of_control_has_no_weight() -> None:
+    snake, random = SnakeModel(3), np.random.default_rng(2)
+    q, velocity, acceleration = random.uniform(-0.7, 0.7, (3, snake.dof))
+    dynamics = SnakeDynamics(snake)
+    heavy, light = dynamics.torque(q, velocity, acceleration), dynamics.weightless_torque(q, velocity, acceleration)
+    np.testing.assert_array_equal(light, dynamics.torque(q, velocity, acceleration, (0.0, 0.0, 0.0)))
+    assert np.abs(heavy - light).max() > 1e-3  # [N·m]
 
 
 def test_motions_that_are_none_are_refused() -> None:
@@ -201,5 +151,3 @@ def test_motions_that_are_none_are_refused() -> None:
             dynamics.torque(*motion)
     with pytest.raises(RobotError, match="gravity: 3 finite"):
         dynamics.torque(good, good, good, (0.0, math.inf, 0.0))
-    with pytest.raises(RobotError, match="second derivatives: 4 x 3"):
-        accelerated(np.zeros((4, 2)), np.zeros((4, 2)), (0.0, 0.0), (0.0, 0.0))

@@ -158,6 +158,8 @@ def test_the_score_is_what_was_driven(runs: dict[str, Run], states: dict[str, li
 def test_deviation_counts_what_scipy_labels(runs: dict[str, Run], states: dict[str, list[SnakeState]]) -> None:
     """Kwok 2013, Table III, a_i = 0: episodes of the last links outside of the pathway, their time, way and depth."""
     seen = states["manual"]
+    tips = np.array([made_spec("manual").snake.tip(one.q, one.base)[:3, 3] for one in seen])
+    steps = np.append(0.0, np.linalg.norm(np.diff(tips, axis=0), axis=1))
     found = score_lumen_run(runs["manual"]).deviation
     depth = np.array([one.deviation.depth[-5:].max() for one in seen])
     outside = depth > 0.0
@@ -167,14 +169,11 @@ def test_deviation_counts_what_scipy_labels(runs: dict[str, Run], states: dict[s
     assert found.depth_mm.max == depth.max()
     assert found.depth_mm.mean == pytest.approx(depth[outside].mean())
     assert found.time_s == pytest.approx(outside.sum() * STEP_S)
-    bridged = outside.copy()  # interruptions of up to 0.3 s end no episode
-    gaps, count = label(~outside)
-    for gap in range(1, count + 1):
-        places = np.flatnonzero(gaps == gap)
-        if places[0] > 0 and places[-1] < len(outside) - 1 and (len(places) + 1) * STEP_S <= 0.3 + 1e-9:
-            bridged[places] = True
-    assert found.episodes == label(bridged)[1]
-    assert found.length_mm < score_lumen_run(runs["manual"]).path_length_mm
+    pieces, count = label(outside)
+    assert found.episodes == count
+    assert found.longest_s == pytest.approx(np.bincount(pieces)[1:].max() * STEP_S)
+    last = np.array([one.deviation.depth[-1] for one in seen]) > 0.0
+    assert found.length_mm == pytest.approx(steps[last].sum(), rel=1e-9)
 
 
 def test_a_certified_arm_is_never_beyond_its_bound_and_a_manual_one_is(runs: dict[str, Run]) -> None:

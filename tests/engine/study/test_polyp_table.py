@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vfix_engine.anatomy.lumen.colon_case import colon_case
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 from vfix_engine.pathway.pathway import Pathway
@@ -18,12 +19,15 @@ from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.command import COMMAND_SIZE
 from vfix_engine.runtime.requests import Reset
 from vfix_engine.runtime.run import Run, RunWriter
+from vfix_engine.study.lumen import score_lumen_run
+from vfix_engine.study.lumen.deviation import deviation_of, episodes
 from vfix_engine.study.polyps.figures import polyp_figures
 from vfix_engine.study.polyps.placing import WallPlaces
+from vfix_engine.study.polyps.printed import PROUD_MM
 from vfix_engine.study.polyps.seen import FAR_MM, seen_share
 from vfix_engine.study.polyps.series import PolypSeries, polyp_series, task_note
-from vfix_engine.study.polyps.table import PRINTED, beyond_bound_mm, episodes, polyp_table, table_iii, withdrawal_s
-from vfix_engine.study.polyps.task import PROUD_MM, Polyp, PolypTask
+from vfix_engine.study.polyps.table import PRINTED, beyond_bound_mm, polyp_table, table_iii
+from vfix_engine.study.polyps.task import Polyp, PolypTask, surface_hash
 from vfix_engine.worlds.snake import DriveSpec
 from vfix_engine.worlds.snake.settings import DriveSettings
 from vfix_engine.worlds.snake.spec import LumenContours
@@ -46,17 +50,20 @@ def polyp(z: float) -> Polyp:
 TASK = PolypTask((polyp(100.0), polyp(400.0)), 50.0, END_MM, "ascending", 3, 0.75)
 
 
-def written(folder: Path, before: int = 0, reset: bool = False) -> Run:
-    """A run of a straight robot of two links that goes along the z axis; ``before``: steps before the task begins."""
+def written(folder: Path, before: int = 0, reset: bool = False, after: bool = True, task: PolypTask = TASK) -> Run:
+    """A run of a straight robot of two links that goes along the z axis.
+
+    before: steps before the task begins. after: with the step after its end.
+    """
     line = np.column_stack([np.zeros((9, 2)), np.linspace(0.0, 400.0, 9)])
     spec = DriveSpec(LumenContours(line, np.full((9, 1), 15.0)), SnakeModel(2), drive=DriveSettings(manipulated=2))
     names = [column.name for column in spec.columns]
     writer = RunWriter(folder, spec, spec.columns, 3)
-    for step in range(-before, len(EYE)):
+    for step in range(-before, len(EYE) - (not after)):
         if step == 0:
             if reset:
                 writer.event("request", Reset())
-            writer.event("request", task_note(TASK))
+            writer.event("request", task_note(task))
         eye = EYE[step] if step >= 0 else 10.0
         row = dict.fromkeys(names, 0.0)
         row |= {"t": DT * (step + 1 + (0 if reset else before)), "tip_s": eye, "tip_z": eye - 6.0, "beyond_bound": -1.0}
@@ -92,17 +99,10 @@ def test_the_twelve_rows(series: PolypSeries) -> None:
 
 def test_figures_beside_the_table(series: PolypSeries) -> None:
     assert beyond_bound_mm(series) == pytest.approx(1.0)
-    assert withdrawal_s(series) is None  # the task ended at the deepest place
     first, second = polyp_table(series)
     assert first["cleared_s"] == pytest.approx(4.5 + 7.0)  # from the first step that views it again
     assert first["viewed_s"] == pytest.approx(2.5 + 7.0)
     assert (first["times_missed"], second["cleared"], second["distance_error_mm"]) == (1, False, None)
-
-
-def test_withdrawal_counts_from_the_deepest_place(series: PolypSeries) -> None:
-    count = len(series.t)
-    back = np.where(np.arange(count) < 10, np.linspace(0.0, 90.0, count), 0.0)
-    assert withdrawal_s(replace(series, tip_mm=back)) == pytest.approx(DT * (count - 10))
 
 
 def test_target_marker_and_camera_follow_from_the_rows(series: PolypSeries) -> None:
@@ -132,6 +132,62 @@ def test_an_episode_is_a_time_in_one_piece() -> None:
     assert episodes(true, np.full(7, 0.1)) == pytest.approx([0.2, 0.1, 0.1])
     assert len(episodes(np.zeros(3, dtype=bool), np.ones(3))) == 0
     assert math.fsum(episodes(np.ones(3, dtype=bool), np.array([1.0, 2.0, 3.0]))) == 6.0
+
+
+def test_the_deviation_of_a_step_counts_for_its_time() -> None:
+    """The last link's way, the deepest link's depth; a step of 3 s weighs three times one of 1 s."""
+    outside = np.array([[0.0, 0.0], [2.0, 0.0], [4.0, 1.0], [0.0, 0.0], [0.0, 3.0]])
+    found = deviation_of(outside, np.array([1.0, 1.0, 3.0, 0.1, 2.0]), np.array([5.0, 7.0, 11.0, 13.0, 17.0]))
+    assert (found.episodes, found.longest_s, found.length_mm) == (2, 4.0, 28.0)  # 0.1 s end an episode
+    assert found.time_s == pytest.approx(6.0)
+    assert found.depth_mm is not None
+    assert found.depth_mm.mean == pytest.approx((2.0 + 3.0 * 4.0 + 2.0 * 3.0) / 6.0)
+    assert found.depth_mm.max == 4.0
+    assert deviation_of(np.zeros((2, 2)), np.ones(2), np.ones(2)).depth_mm is None
+
+
+def test_the_score_of_a_run_and_table_iii_have_the_same_deviation(tmp_path: Path) -> None:
+    """Of a run that is its task alone: the score counts the whole run, Table III from the task's start to its end."""
+    run = written(tmp_path / "run", after=False)
+    off, table = score_lumen_run(run).deviation, table_iii(polyp_series(run, free))
+    assert off is not None
+    assert off.depth_mm is not None
+    assert (table.deviations, table.deviation_length_mm) == (off.episodes, off.length_mm)
+    assert (table.deviation_max_mm, table.deviation_mean_mm) == (off.depth_mm.max, off.depth_mm.mean)
+    assert table.deviation_time_max_s == off.longest_s
+    assert table.deviation_time_mean_s * off.episodes == pytest.approx(off.time_s)
+    assert off.episodes == 3
+
+
+def test_without_its_surface_a_task_is_completed_and_its_views_are_not_scored(tmp_path: Path) -> None:
+    run = written(tmp_path / "run", task=replace(TASK, surface="sha256:of-no-colon"))
+    tube = Pathway(np.column_stack([np.zeros((9, 2)), np.linspace(0.0, 240.0, 9)]), np.full(9, 16.0), 121)
+    other = pathway_surface(tube)
+    for wall in (None, other):  # another surface than that of the task is none either
+        score = score_lumen_run(run, wall=wall)
+        assert score.task is not None
+        assert score.completed
+        assert score.task.completed
+        assert "surface is missing" in score.task.lacking
+        rows = {row.name: row for row in score.task.rows}
+        assert {name for name, row in rows.items() if row.value is None} == {
+            "Polyps missed", "Distance error", "Angle error", "Views lost per polyp",
+        }  # fmt: skip
+        assert rows["Completed in"].value == pytest.approx(13.0)
+        assert not rows["Polyps missed"].worse
+    known = written(tmp_path / "known", task=replace(TASK, surface=surface_hash(other)))
+    task = score_lumen_run(known, wall=other).task
+    assert task is not None
+    assert task.lacking == ""
+    assert all(row.value is not None for row in task.rows)
+
+
+def test_the_synthetic_colons_are_made_again_to_score_a_task(tmp_path: Path) -> None:
+    colon = colon_case(hard=True).mesh
+    task = score_lumen_run(written(tmp_path / "run", task=replace(TASK, surface=surface_hash(colon)))).task
+    assert task is not None
+    assert task.lacking == ""
+    assert task.rows[2].value == 2.0  # both polyps of this run are outside of the colon: no line of sight is free
 
 
 @pytest.fixture(scope="module")

@@ -15,9 +15,10 @@ from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.pathway.tissue_motion import breathing, peristalsis
 from vfix_engine.study.polyps.aiming import aim_at
 from vfix_engine.study.polyps.placing import WallPlaces, placed
+from vfix_engine.study.polyps.printed import PROUD_MM
 from vfix_engine.study.polyps.progress import PolypProgress
 from vfix_engine.study.polyps.sight import LumenSight
-from vfix_engine.study.polyps.task import PROUD_MM, Polyp, PolypTask, at_rest
+from vfix_engine.study.polyps.task import Polyp, PolypTask, at_rest
 from vfix_engine.study.polyps.world import polyps_in, way_of
 from vfix_engine.worlds.snake.viewable import PlannedView, Viewable
 from vfix_engine.worlds.snake.viewing import ViewLimits

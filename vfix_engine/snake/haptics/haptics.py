@@ -7,7 +7,6 @@ from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ...arrays import Array
 from ...errors import InputError
@@ -77,26 +76,30 @@ class Forces(NamedTuple):
     total: Array
 
 
-def resistance(
-    q_speed: ArrayLike, torque: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, settings: HapticSettings
-) -> Array:
-    """What holds the hand back as joints come near the speed or the torque of their motors (2,), N (31)-(32).
+def step_forces(
+    q_speed: Array,
+    torque: Array,
+    velocity: Array,
+    acceleration: Array,
+    depth: Array,
+    outwards: Array,
+    settings: HapticSettings,
+) -> tuple[Array, Array]:
+    """F_r (31)-(32) and F_h (33)-(35), (2,) in N each, together at most ``settings.most``; arrays are not checked.
 
-    It opposes the camera's motion (the paper prints it along it), and is 0 where that is still. The part against
-    the acceleration helps a hand that slows down.
+    F_r holds the hand back as joints come near the speed or the torque of their motors. It opposes the camera's motion,
+    and is 0 where that is still; the part against the acceleration helps a hand that slows down.
+    F_h leads the hand to where links leave the pathway less: towards less bending.
 
     Args:
         q_speed: (2L',) rad/s and torque: (2L',) N·m of the manipulated joints.
         velocity: (2,) mm/s and acceleration: (2,) mm/s² of the camera in its plane.
-
-    Raises:
-        InputError: an array of another shape, or a number that is not finite.
+        depth: (L',) mm, deviation of each manipulated link (16). outwards: (2,) the first column of the Jacobian (28),
+            where the camera goes as r grows, any length.
     """
-    speeds, torques = _finite(q_speed, None, "joint speeds"), _finite(torque, None, "joint torques")
-    if len(speeds) != len(torques):
-        raise InputError(f"{len(speeds)} joint speeds and {len(torques)} joint torques")
-    motion = _finite(velocity, 2, "velocity"), _finite(acceleration, 2, "acceleration")
-    return _resistance(speeds, torques, *motion, settings)
+    motion = velocity.tolist(), acceleration.tolist()
+    holding = _resistance(q_speed.tolist(), torque.tolist(), *motion, settings)
+    return holding, _guidance(depth.tolist(), (-outwards).tolist(), settings)
 
 
 def _resistance(
@@ -112,63 +115,12 @@ def _resistance(
     return np.array([-inertia * a - damping * right, -inertia * b - damping * down])  # (32)
 
 
-def guidance(depth: ArrayLike, jacobian: ArrayLike, settings: HapticSettings) -> Array:
-    """What leads the hand to where links leave the pathway less: towards less bending (2,), N (33)-(35).
-
-    Args:
-        depth: (L',) mm, deviation of each manipulated link (16).
-        jacobian: (2, 2) of (28), camera displacement in its plane, mm, with r (first column) and ϑ.
-
-    Raises:
-        InputError: an array of another shape, or a number that is not finite.
-    """
-    deviation = _finite(depth, len(settings.spring), "deviation of the links")
-    motion = np.asarray(jacobian, dtype=float)
-    if motion.shape != (2, 2):
-        raise InputError(f"the camera's Jacobian has 2 x 2 finite numbers, not {motion.shape}")
-    (x_r, _, y_r, _) = _finite(motion.ravel(), 4, "the camera's Jacobian")
-    return _guidance(deviation, [-x_r, -y_r], settings)
-
-
 def _guidance(deviation: list[float], towards_rest: list[float], settings: HapticSettings) -> Array:
     strength = 0.0
     for spring, deep, least in zip(settings.spring, deviation, settings.threshold, strict=True):
         strength += spring * max(0.0, max(deep, 0.0) - least)  # (33)
     towards = _direction(towards_rest, _STILL_MM)  # (34): J [−1, 0]ᵀ
     return min(strength, settings.f_h_max) * np.array(towards)  # (35)
-
-
-def net(
-    q_speed: ArrayLike,
-    torque: ArrayLike,
-    velocity: ArrayLike,
-    acceleration: ArrayLike,
-    depth: ArrayLike,
-    jacobian: ArrayLike,
-    settings: HapticSettings,
-) -> Forces:
-    """F = F_r + F_h (Kwok 2013, section III.C.3), at most ``settings.most``; arguments and errors as of both."""
-    holding = resistance(q_speed, torque, velocity, acceleration, settings)
-    leading = guidance(depth, jacobian, settings)
-    return Forces(holding, leading, holding + leading)
-
-
-def step_forces(
-    q_speed: Array,
-    torque: Array,
-    velocity: Array,
-    acceleration: Array,
-    depth: Array,
-    outwards: Array,
-    settings: HapticSettings,
-) -> tuple[Array, Array]:
-    """F_r and F_h as of ``net``, of finite arrays of a control step, which are not looked at.
-
-    outwards: (2,) the Jacobian's first column.
-    """
-    motion = velocity.tolist(), acceleration.tolist()
-    holding = _resistance(q_speed.tolist(), torque.tolist(), *motion, settings)
-    return holding, _guidance(depth.tolist(), (-outwards).tolist(), settings)
 
 
 def _rising(limit: float, used: float, constant: float, most: float) -> float:
@@ -188,13 +140,3 @@ def _direction(vector: list[float], least: float) -> list[float]:
     if size * largest < least:
         return [0.0, 0.0]
     return [x / size, y / size]
-
-
-def _finite(values: ArrayLike, count: int | None, what: str) -> list[float]:
-    """Numbers of a row; plain ones, as a step of control asks for few of them and often."""
-    array = np.asarray(values, dtype=np.float64)
-    numbers: list[float] = array.tolist() if array.ndim == 1 else []
-    if not numbers or count not in (None, len(numbers)) or not all(map(math.isfinite, numbers)):
-        wanted = "some" if count is None else str(count)
-        raise InputError(f"{what}: {wanted} finite numbers are needed")
-    return numbers

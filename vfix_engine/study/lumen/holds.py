@@ -6,7 +6,8 @@ from ...runtime.run import Run
 from ...runtime.system import SystemSpec
 from ...worlds.snake.row import LIMITS
 from ..holds import UNKNOWN_WORDS, RunHold
-from .samples import LumenSamples, lumen_samples_of, spans
+from ..spans import spans
+from .samples import LumenSamples, lumen_samples_of
 
 _STRUCTURE = "lumen"
 _WORDS = {

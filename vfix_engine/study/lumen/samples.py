@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -18,7 +17,6 @@ from ...worlds.snake.row import LIMITS, OUTCOMES
 from ...worlds.snake.spec import SnakeSystemSpec
 
 HELD = list(OUTCOMES.values()).index("held")
-GAP_S = 0.3  # an interruption that is no longer does not end a hold, nor an episode of deviation
 _INFINITE = ("beyond_bound", "bound")  # while no link is inside
 
 
@@ -138,15 +136,3 @@ def _check_rows(rows: Array, at: dict[str, int]) -> None:
         codes = rows[:, at[name]] if name in at else np.zeros(1)
         if not ((codes >= 0) & (codes < count) & (codes == np.floor(codes))).all():
             raise InputError(f"the run is damaged: '{name}' is not a number from 0 to {count - 1} in every sample")
-
-
-def spans(active: BoolArray, t: Array) -> list[tuple[int, int]]:
-    """First and last sample of every time in which ``active`` (n,) is True, interruptions up to ``GAP_S`` included.
-
-    t: (n,) s.
-    """
-    places = np.flatnonzero(active)
-    if not len(places):
-        return []
-    breaks = np.flatnonzero(np.diff(t[places]) > GAP_S) + 1
-    return [(int(places[a]), int(places[b - 1])) for a, b in pairwise([0, *breaks.tolist(), len(places)])]

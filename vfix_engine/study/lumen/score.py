@@ -15,7 +15,8 @@ from ...worlds.registry import arm_of, is_certified, spec_of
 from ...worlds.snake.row import LIMITS
 from ...worlds.snake.spec import SnakeSystemSpec
 from ..metrics.score import HeldTime, MeanMax
-from .samples import LumenSamples, lumen_samples_of, spans
+from .deviation import Deviation, deviation_of
+from .samples import LumenSamples, lumen_samples_of
 from .task_rows import TaskScore, task_score
 
 END_MM = 2.0  # nearer to the end of the way than that is there: tissue that moves makes the way longer and shorter
@@ -23,25 +24,11 @@ OUT_MM = 10.0  # the tip is out again once it is no deeper
 
 
 @dataclass(frozen=True)
-class Deviation:
-    """Times in which the last links were outside the pathway (Kwok 2013, Table III, a_i = 0).
-
-    episodes: their number, interruptions of up to 0.3 s included; time_s: their samples; length_mm: the tip's way in
-    them; depth_mm: over them, the largest depth of the last links, None without any.
-    """
-
-    episodes: int
-    time_s: float
-    length_mm: float
-    depth_mm: MeanMax | None
-
-
-@dataclass(frozen=True)
 class LumenScore:
     """The score of a run; lengths in mm, times in s, forces in N.
 
-    arm: 'manual', 'guided' or 'certified'; certified: whether every motion was. completed: the tip came to the end of
-    its way, or of a robot on a fixed base: its task was done. depth_mm to withdrawal_s: None on a fixed base, from
+    arm: 'manual', 'guided' or 'certified'; certified: whether every motion was. completed: its task was done, or
+    without one the tip came to the end of its way. depth_mm to withdrawal_s: None on a fixed base, from
     which nothing is inserted. depth_mm: its deepest place; length_mm, reach_mm: of the lumen's pathway, and how far
     along it this robot can come; share: of the pathway's length. insertion_s: until the deepest place; withdrawal_s:
     from then until the tip is out, None where it was not drawn back so far. deviation: None of a run whose rows do not
@@ -92,7 +79,7 @@ def score_lumen_run(run: Run, spec: SystemSpec | None = None, wall: TriangleMesh
     assert isinstance(spec, SnakeSystemSpec)  # samples are of no other
     task = task_score(run, wall)
     way = _way(samples, spec) if spec.base is None else _NO_WAY
-    inside = samples.link > 0
+    tip_way, inside = _ways(samples), samples.link > 0
     over = np.maximum(samples.beyond, 0.0)
     return LumenScore(
         world=str(run.manifest["world"]),
@@ -100,7 +87,7 @@ def score_lumen_run(run: Run, spec: SystemSpec | None = None, wall: TriangleMesh
         certified=is_certified(run.manifest),
         whole=run.whole,
         lost=run.lost,
-        completed=way.completed if spec.base is None else task is not None and task.completed,
+        completed=way.completed if task is None else task.completed,
         samples=len(samples.t),
         time_s=float(samples.t[-1]),
         depth_mm=way.depth_mm,
@@ -109,8 +96,8 @@ def score_lumen_run(run: Run, spec: SystemSpec | None = None, wall: TriangleMesh
         share=way.share,
         insertion_s=way.insertion_s,
         withdrawal_s=way.withdrawal_s,
-        path_length_mm=float(_ways(samples).sum()),
-        deviation=_deviation(samples),
+        path_length_mm=float(tip_way.sum()),
+        deviation=deviation_of(samples.outside, samples.period_s, tip_way) if samples.outside.shape[1] else None,
         nearest_mm=_mean_max(samples.deviation[inside]) if inside.any() else None,
         beyond_bound_mm=float(over.max()),
         beyond_bound_s=float(samples.period_s[over > 0.0].sum()),
@@ -156,17 +143,6 @@ def _ways(samples: LumenSamples) -> np.ndarray[Any, np.dtype[np.float64]]:
     """(n,) mm that the tip went in each sample."""
     steps = np.linalg.norm(np.diff(samples.tip, axis=0), axis=1)
     return np.concatenate([[0.0], steps])
-
-
-def _deviation(samples: LumenSamples) -> Deviation | None:
-    """Of the last links from the pathway."""
-    if not samples.outside.shape[1]:
-        return None
-    depth, way = samples.distal, _ways(samples)
-    outside = depth > 0.0
-    found = _mean_max(depth[outside]) if outside.any() else None
-    episodes = len(spans(outside, samples.t))
-    return Deviation(episodes, float(samples.period_s[outside].sum()), float(way[outside].sum()), found)
 
 
 def _held_by(samples: LumenSamples) -> tuple[HeldTime, ...]:

@@ -25,11 +25,16 @@ class TaskRow:
 
 @dataclass(frozen=True)
 class TaskScore:
-    """What a run of a task is worth. title: of the task; completed: it was done to its end; rows: in their order."""
+    """What a run of a task is worth.
+
+    title: of the task; completed: it was done to its end; rows: in their order. lacking: what of it is not known and
+    why, '' for nothing.
+    """
 
     title: str
     completed: bool
     rows: tuple[TaskRow, ...]
+    lacking: str = ""
 
 
 # Modules with a function `task_score` as the one below: None for a run that is of no such task.
@@ -39,8 +44,8 @@ TASKS = ["vfix_engine.study.polyps.rows", "vfix_engine.study.diathermy.rows"]
 def task_score(run: Run, wall: TriangleMesh | None = None) -> TaskScore | None:
     """The score of the task that a run is of; None where it is of none.
 
-    wall: of the lumen that was driven through, which a run does not have; without it a task with lines of sight has no
-    score.
+    wall: of the lumen that was driven through, which a run does not have; a task with lines of sight says what it lacks
+    without it.
     """
     for module in TASKS:
         found: TaskScore | None = import_module(module).task_score(run, wall)

@@ -14,7 +14,7 @@ from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
 from .aiming import LIMITS
 from .placing import WallPlaces
-from .task import PolypTask, checked_place
+from .task import PolypTask, checked_place, surface_hash
 from .world import way_of
 
 
@@ -48,4 +48,4 @@ def polyps_at(
         raise InputError(
             f"a polyp is {polyps[-1].s_mm:.0f} mm along the lumen, and the task ends at {end_mm:.0f} mm: remove it"
         )
-    return PolypTask(polyps, 0.0, end_mm, end_name)
+    return PolypTask(polyps, 0.0, end_mm, end_name, surface=surface_hash(mesh))

@@ -7,7 +7,7 @@ from typing import Any
 from .placing import WallPlaces
 from .seen import seen_share
 from .series import PolypSeries
-from .table import beyond_bound_mm, polyp_table, table_iii, withdrawal_s
+from .table import beyond_bound_mm, polyp_table, table_iii
 from .task import LAST_MARK
 
 ASSUMED = (
@@ -35,7 +35,6 @@ def polyp_figures(series: PolypSeries, places: WallPlaces) -> dict[str, Any]:
         "beyond_bound_mm": beyond_bound_mm(series),
         "viewable_share": task.viewable_share,
         "seen_share": seen_share(series, places),
-        "withdrawal_s": withdrawal_s(series),
         "from_mm": task.from_mm,
         "end_mm": task.end_mm,
         "ends_at": end,

@@ -14,9 +14,9 @@ from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
 from ...validate import whole
 from ...worlds.snake.viewing import WallSight
+from .printed import POLYPS
 from .task import Polyp, PolypTask, checked_place
 
-POLYPS = 10  # as printed
 _APART_MM = 25.0  # along the lumen between two polyps where there is room: one is within the tolerances at a time
 
 

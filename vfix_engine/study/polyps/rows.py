@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from ...anatomy.lumen.colon_case import colon_case
+from ...arrays import Array
 from ...geometry.mesh import TriangleMesh
 from ...runtime.run import Run
 from ...worlds.registry import spec_of
@@ -12,6 +14,7 @@ from ..lumen.task_rows import TaskRow, TaskScore
 from .series import polyp_series, task_begun, task_of
 from .sight import LumenSight
 from .table import TableIII, table_iii
+from .task import PolypTask, surface_hash
 
 
 @dataclass(frozen=True)
@@ -40,21 +43,42 @@ _ROWS = (
 )
 
 
+_BY_SIGHT = ("polyps_missed", "distance_error_mm", "angle_error_deg", "times_missed")
+_LACKING = "Views are not scored: the lumen's surface is missing."
+
+
 def task_score(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
-    """The score of a run of study I; None for a run of none, or without the wall that lines of sight need.
+    """The score of a run of study I; None for a run of none.
+
+    The rows of what was viewed need the lumen's surface: the given wall if it is the one that the task was in, or the
+    synthetic colon that is, made again. Without either they are None. That the task was completed follows from the tip.
 
     Raises InputError for a run whose task is damaged.
     """
-    if wall is None or not task_begun(run):
+    if not task_begun(run):
         return None
     task, _ = task_of(run)
     spec: Any = spec_of(run)
-    series = polyp_series(run, LumenSight(wall, task, spec.tissue))
+    surface = _surface(task, wall)
+    series = polyp_series(run, _unseen if surface is None else LumenSight(surface, task, spec.tissue))
     table = table_iii(series)
-    return TaskScore("Polyps", series.progress.completed, tuple(_row(table, shown) for shown in _ROWS))
+    rows = tuple(_row(table, shown, surface is not None or shown.key not in _BY_SIGHT) for shown in _ROWS)
+    return TaskScore("Polyps", series.progress.completed, rows, "" if surface is not None else _LACKING)
 
 
-def _row(table: TableIII, shown: _Shown) -> TaskRow:
-    value = getattr(table, shown.key)
-    missed = shown.key == "polyps_missed" and value > 0
+def _surface(task: PolypTask, wall: TriangleMesh | None) -> TriangleMesh | None:
+    """The surface that the task was in."""
+    if task.surface is None or (wall is not None and surface_hash(wall) == task.surface):
+        return wall
+    colons = (colon_case(hard=hard).mesh for hard in (False, True))
+    return next((mesh for mesh in colons if surface_hash(mesh) == task.surface), None)
+
+
+def _unseen(eye: Array, index: int, t: float) -> bool:
+    return False
+
+
+def _row(table: TableIII, shown: _Shown, known: bool) -> TaskRow:
+    value = getattr(table, shown.key) if known else None
+    missed = shown.key == "polyps_missed" and known and value > 0
     return TaskRow(shown.name, None if value is None else float(value), shown.unit, shown.digits, missed)

@@ -9,11 +9,9 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from ...arrays import Array, BoolArray
+from ..lumen.deviation import deviation_of
 from .series import PolypSeries
 from .task import PolypTask
-
-_DRAWN_BACK_MM = 10.0  # of the tip from the deepest place: less is no withdrawal
 
 
 @dataclass(frozen=True)
@@ -27,10 +25,9 @@ class TableIII:
     viewed, then over the polyps that were; None where none was. times_missed: how often the view of a polyp was lost
     before it was cleared, the mean over the polyps.
 
-    Deviation of the distal links from the pathway, with a_i = 0: an episode is a time in one piece in which any of
-    them is outside; that they count as one is assumed. deviations: episodes. deviation_max_mm: of any link.
-    deviation_mean_mm: of the deepest link, over the time of the episodes. deviation_time_mean_s,
-    deviation_time_max_s: duration of an episode. deviation_length_mm: way of the tip while the last link is outside.
+    Deviation of the distal links from the pathway as ``Deviation`` has it: deviations: episodes. deviation_max_mm,
+    deviation_mean_mm: of the deepest link. deviation_time_mean_s, deviation_time_max_s: of an episode.
+    deviation_length_mm: way of the tip while the last link is outside.
     """
 
     completion_time_s: float | None
@@ -74,10 +71,7 @@ def table_iii(series: PolypSeries) -> TableIII:
     viewed = [viewing for viewing in progress.viewings if viewing.viewed_s > 0.0]
     distance = [viewing.distance_mm_s / viewing.viewed_s for viewing in viewed]
     angle = [viewing.angle_deg_s / viewing.viewed_s for viewing in viewed]
-    depth = series.deviation.max(axis=1, initial=0.0)
-    outside, lasted = depth > 0.0, episodes(depth > 0.0, series.dt)
-    spent = float(series.dt[outside].sum())
-    last = series.deviation[:, -1] > 0.0
+    off = deviation_of(series.deviation, series.dt, series.tip_step)
     return TableIII(
         completion_time_s=None if progress.reached_t is None else progress.reached_t - series.start_t,
         travelled_mm=float(series.tip_step.sum()) / len(task.polyps),
@@ -85,30 +79,13 @@ def table_iii(series: PolypSeries) -> TableIII:
         distance_error_mm=float(np.mean(distance)) if viewed else None,
         angle_error_deg=float(np.mean(angle)) if viewed else None,
         times_missed=float(np.mean([viewing.lost for viewing in progress.viewings])),
-        deviations=len(lasted),
-        deviation_max_mm=float(depth.max(initial=0.0)),
-        deviation_mean_mm=float(depth @ series.dt) / spent if spent > 0.0 else 0.0,
-        deviation_time_mean_s=float(lasted.mean()) if len(lasted) else 0.0,
-        deviation_time_max_s=float(lasted.max(initial=0.0)),
-        deviation_length_mm=float(series.tip_step[last].sum()),
+        deviations=off.episodes,
+        deviation_max_mm=0.0 if off.depth_mm is None else off.depth_mm.max,
+        deviation_mean_mm=0.0 if off.depth_mm is None else off.depth_mm.mean,
+        deviation_time_mean_s=off.time_s / off.episodes if off.episodes else 0.0,
+        deviation_time_max_s=off.longest_s,
+        deviation_length_mm=off.length_mm,
     )
-
-
-def episodes(true: BoolArray, dt: Array) -> Array:
-    """(k,) s, durations of the pieces in which something is true after each step of ``dt`` (n,) s."""
-    edge = np.diff(true.astype(np.int8), prepend=0, append=0)
-    first, beyond = np.flatnonzero(edge == 1), np.flatnonzero(edge == -1)
-    until = np.append(0.0, np.cumsum(dt))
-    lasted: Array = until[beyond] - until[first]
-    return lasted
-
-
-def withdrawal_s(series: PolypSeries) -> float | None:
-    """s from the last moment at the deepest place to the end; None where the tip was not drawn back by 10 mm."""
-    if series.tip_mm.max() - series.tip_mm[-1] < _DRAWN_BACK_MM:
-        return None
-    deepest = int(np.flatnonzero(series.tip_mm == series.tip_mm.max())[-1])
-    return float(series.t[-1] - series.t[deepest])
 
 
 def beyond_bound_mm(series: PolypSeries) -> float:

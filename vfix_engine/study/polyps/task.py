@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Self
@@ -10,11 +11,11 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import InputError
+from ...geometry.mesh import TriangleMesh
 from ...pathway.pathway import TissueMotion
 from ...validate import within
+from .printed import HOLD_S, PROUD_MM
 
-HOLD_S = 7.0  # a polyp disappears when it was viewed for so long, as printed; that it is in one piece is assumed
-PROUD_MM = 2.0  # how far a polyp's middle stands out from the wall; not printed
 RADIUS_MM = 3.0  # of the drawn ball; not printed
 NEAR_END_MM = 2.0  # nearer than that the depth that a robot reaches is reached: tissue that moves changes the way
 _SAME_MM = 1e-6
@@ -50,6 +51,7 @@ class PolypTask:
     tip's arc length ``done_mm`` the task is completed. end_name: of the landmark at ``end_mm``, None where it is the
     depth that the robot reaches. seed: of the polyps. viewable_share: of the wall in that part, by area, how much this
     robot can view, None if nobody asked; the polyps are drawn there. hold_s: for how long one has to be viewed.
+    surface: ``surface_hash`` of the lumen that they are in, None in a run of before it was kept.
     """
 
     polyps: tuple[Polyp, ...]
@@ -59,6 +61,7 @@ class PolypTask:
     seed: int = 0
     viewable_share: float | None = None
     hold_s: float = HOLD_S
+    surface: str | None = None
 
     @property
     def done_mm(self) -> float:
@@ -92,14 +95,19 @@ class PolypTask:
                 Polyp(_length(one, "s_mm"), *(checked_place(one[key]) for key in ("wall", "normal", "axis")))
                 for one in values["polyps"]
             )
-            share, name = values["viewable_share"], values["end_name"]
+            share, name, surface = values["viewable_share"], values["end_name"], values.get("surface")
             return cls(
                 polyps, _length(values, "from_mm"), _length(values, "end_mm"), None if name is None else str(name),
                 int(values["seed"]), None if share is None else float(share),
-                _length({"hold_s": HOLD_S} | dict(values), "hold_s"),
+                _length({"hold_s": HOLD_S} | dict(values), "hold_s"), None if surface is None else str(surface),
             )  # fmt: skip
         except (KeyError, TypeError, ValueError, InputError) as error:
             raise InputError(f"this is no task of polyps: {error}") from error
+
+
+def surface_hash(mesh: TriangleMesh) -> str:
+    """'sha256:' and the hash of a surface's vertices and triangles, bit by bit."""
+    return f"sha256:{hashlib.sha256(mesh.vertices.tobytes() + mesh.faces.tobytes()).hexdigest()}"
 
 
 def at_rest(polyp: Polyp, point: Array, motion: TissueMotion | None, t: float) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -22,8 +22,9 @@ from ...worlds.snake.narrow import narrowest
 from ...worlds.snake.settings import DriveSettings
 from ...worlds.snake.stepping.start_checks import checked_tip
 from ...worlds.snake.viewable import EVERY_MM, Viewable, viewable_wall
-from .placing import POLYPS, WallPlaces, placed
-from .task import FIRST_MARK, LAST_MARK, NEAR_END_MM, PROUD_MM, PolypTask
+from .placing import WallPlaces, placed
+from .printed import POLYPS, PROUD_MM
+from .task import FIRST_MARK, LAST_MARK, NEAR_END_MM, PolypTask, surface_hash
 
 ERROR_AT_MOST = 0.8  # of a planned view of a polyp and of the wall under it, as of ``ViewLimits.error``
 _SAME_MM = 1e-6
@@ -120,7 +121,7 @@ def polyps_in(
     from_mm, end_mm, end_name = way_of(landmarks, curve, min(curve.length, found.depth_mm), bending_mm)
     places = WallPlaces.of(mesh, curve)
     viewable = _viewable(found, places, end_mm - (NEAR_END_MM if end_name is None else 0.0))
-    task = placed(places, viewable, from_mm, end_mm, end_name, seed, count)
+    task = replace(placed(places, viewable, from_mm, end_mm, end_name, seed, count), surface=surface_hash(mesh))
     return PlacedPolyps(places, task, tuple(_views(task, found, places)))
 
 

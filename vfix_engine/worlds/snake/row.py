@@ -11,7 +11,7 @@ from ...arrays import Array
 from ...robots.snake import SnakeModel
 from ...robots.snake_kernel import snake_frames
 from ...runtime.system import Column
-from .settings import ARMS
+from .settings import Arm
 from .stepping.outcome import LimitedBy
 from .stepping.state import SnakeState
 
@@ -19,7 +19,7 @@ OUTCOMES = {"rest": "idle", "moved": "moved", "shrunk": "shrunk", "held": "held"
 LIMITS: tuple[LimitedBy | None, ...] = (None, *get_args(LimitedBy))  # by their codes in a row
 _CODES = {name: float(code) for code, name in enumerate(OUTCOMES)}
 _LIMIT_CODES = {name: float(code) for code, name in enumerate(LIMITS)}
-_ARM_CODES = {name: float(code) for code, name in enumerate(ARMS)}
+ARM_CODES: dict[Arm, float] = {"manual": 0.0, "guided": 1.0, "certified": 2.0}  # fixed: runs have them
 # What has been added since the first runs, at the end; a run of before is replayed without.
 _ADDED = (
     ("deviation", "mm"), ("bound", "mm"), ("link", ""), ("guidance_x", "N"), ("guidance_y", "N"), ("limit", ""),
@@ -35,8 +35,8 @@ class SnakeRow:
     link: number from the base, from 1, of the link that has used most of its bound, with its deviation and bound; 0, 0
     and infinity while none is inside. guidance: the part (33)-(35) of the force, the rest is resistance.
     limit: code in ``LIMITS`` of what scaled or held the step, limit_link: the link whose bound that is, 0 for none.
-    arm: code in ``ARMS``. bend: r of the distal links, as in ``SnakeSnapshot``; (u, v) have it under control by bends
-    alone.
+    arm: code in ``ARM_CODES``. bend: r of the distal links, as in ``SnakeSnapshot``; (u, v) have it under control by
+    bends alone.
 
     Args:
         manipulated: number of the last links in a row.
@@ -64,7 +64,7 @@ class SnakeRow:
         out[added + 3 : added + 5], limit = forces.guidance, state.limit
         out[added + 5], out[added + 6] = _LIMIT_CODES[limit], _limit_link(state) if limit == "bound" else 0.0
         bent = state.control.bent(pose.q[2 * self._first :], pose.shape.q[2 * self._first :])
-        out[added + 7], out[added + 8] = _ARM_CODES[state.settings.arm], bent
+        out[added + 7], out[added + 8] = ARM_CODES[state.settings.arm], bent
 
 
 def _nearest(state: SnakeState) -> tuple[float, float, float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 from ...errors import InputError
 from ...pathway.checks import MOST_ANGLES, MOST_CONTOURS, MOST_FITTED
@@ -15,9 +15,9 @@ from ...snake.haptics.haptics import HapticSettings
 from ...validate import positive, several, whole, within
 
 Arm = Literal["manual", "guided", "certified"]
-ARMS: tuple[Arm, ...] = ("manual", "guided", "certified")
+ARMS: tuple[Arm, ...] = get_args(Arm)
 Control = Literal["parameterised", "qp", "view"]
-CONTROLS: tuple[Control, ...] = ("parameterised", "qp", "view")
+CONTROLS: tuple[Control, ...] = get_args(Control)
 FINEST_MM = 0.01  # of a step or between two shapes or depths: with smaller ones a drive takes hours
 _FINEST_S = 1e-5  # of a step
 _MOST_YIELD = 1000.0  # [mm/s per N]
@@ -187,7 +187,7 @@ class SnakeSettings:
     step_s: the control period.
     insertion_mm_per_s, camera_mm_per_s: speeds of an axis that is fully deflected.
     bound_mm, tip_bound_mm: b_i of Kwok 2013, eq. 17, of all links and of the last one; None as in ``DriveSettings``.
-    reoptimise_below: r below which control bends are recomputed.
+    reoptimise_below: r up to which control bends are recomputed.
 
     Raises:
         InputError: a value that is not finite or out of its range.
@@ -268,5 +268,5 @@ _RANGES = {
     "camera_mm_per_s": Range(0.1, 200.0, "mm/s", "Camera speed"),
     "bound_mm": Range(0.1, 50.0, "mm", "Bound of a link's deviation"),
     "tip_bound_mm": Range(0.1, 50.0, "mm", "Bound of the last link's deviation"),
-    "reoptimise_below": Range(0.0, 0.5, "", "Bend r below which the tip is inserted"),
+    "reoptimise_below": Range(0.0, 0.5, "", "Bend r up to which control bends are recomputed"),
 }

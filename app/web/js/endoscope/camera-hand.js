@@ -15,26 +15,38 @@ const MOST_LEFT_MM = 60; // of insertion that is owed: a wheel that was spun
 const EVERY_MS = 20;
 const NEAR_MM = 1.5; // from there on the insertion slows down
 const REACHED_MM = 0.15;
+const ARRIVED_MM = 1e-3; // of the camera: much less than a pixel
 const STUCK_MS = 700; // held for so long, what is left is forgotten
 
 /** right, down: mm that the camera is still to go. depth: mm along the lumen where the tip is to be, null for anywhere. @typedef {{ right: number, down: number, depth: number | null }} Owed */
 
+/** From −1 to 1. @typedef {{ camera_x: number, camera_y: number, insert: number }} Axes */
+/** @type {Axes} */
+const REST = { camera_x: 0, camera_y: 0, insert: 0 };
+
 /**
- * What is owed as axes from −1 to 1, and what is owed after them.
+ * What is owed as axes, and without a depth that is reached.
  * @param {Owed} owed
- * @param {{ depth: number, insertion: number, camera: number, seconds: number }} now speeds of full axes, mm/s; seconds until the next
- * @returns {{ axes: { camera_x: number, camera_y: number, insert: number }, owed: Owed }}
+ * @param {{ depth: number, insertion: number, camera: number, seconds: number }} now speeds of full axes, mm/s; seconds that the axes will last
+ * @returns {{ axes: Axes, owed: Owed }}
  */
 export function axesOf({ right, down, depth }, { depth: here, insertion, camera, seconds }) {
-  const most = camera * seconds, way = Math.hypot(right, down);
-  const share = way > 1e-9 ? Math.min(1, most / way) : 0;
-  const step = [right * share, down * share];
+  const way = Math.hypot(right, down), most = Math.max(camera * seconds, way), [x, y] = way > ARRIVED_MM ? [right / most, down / most] : [0, 0];
   const left = depth === null ? 0 : depth - here;
   const insert = Math.abs(left) < REACHED_MM ? 0 : Math.max(-1, Math.min(1, left / Math.max(NEAR_MM, 0.05 * insertion)));
-  return {
-    axes: { camera_x: step[0] / most, camera_y: step[1] / most, insert },
-    owed: { right: right - step[0], down: down - step[1], depth: insert === 0 ? null : depth },
-  };
+  return { axes: { camera_x: x, camera_y: y, insert }, owed: { right, down, depth: insert === 0 ? null : depth } };
+}
+
+/**
+ * What is still owed once axes have lasted so long; beyond what was owed it is to go back.
+ * @param {Owed} owed
+ * @param {Axes} axes
+ * @param {number} camera mm/s of a full axis
+ * @param {number} seconds
+ * @returns {Owed}
+ */
+export function stillOwed({ right, down, depth }, { camera_x: x, camera_y: y }, camera, seconds) {
+  return { right: right - x * camera * seconds, down: down - y * camera * seconds, depth };
 }
 
 export class CameraHand {
@@ -51,7 +63,8 @@ export class CameraHand {
     this.dragging = false;
     /** @type {Owed} */
     this.owed = { right: 0, down: 0, depth: null };
-    this.moving = false; // axes were sent that are not 0
+    this.said = { axes: REST, at: 0 }; // the last message, and when
+    this.lasts = EVERY_MS / 1000; // seconds between messages: the timer of a busy page is late
     /** @type {ReturnType<typeof setInterval> | undefined} */
     this.timer = undefined;
     this.nearer = { left: Infinity, at: 0 };
@@ -96,8 +109,8 @@ export class CameraHand {
   release() {
     if (!this.dragging) return;
     this.dragging = false;
-    this.owed.right = this.owed.down = 0;
-    this.tell();
+    this.owed = { ...this.owed, right: 0, down: 0 };
+    this.say();
   }
 
   /** @param {WheelEvent} event */
@@ -115,25 +128,40 @@ export class CameraHand {
   }
 
   begin() {
+    if (this.timer !== undefined) return;
     this.keys.hold("scope", true);
-    this.timer ??= setInterval(() => this.tell(), EVERY_MS);
+    this.said = { axes: REST, at: performance.now() };
+    this.lasts = EVERY_MS / 1000;
+    this.timer = setInterval(() => this.tell(), EVERY_MS);
+  }
+
+  /** What was moved since the last message is owed no more. */
+  tell() {
+    const seconds = (performance.now() - this.said.at) / 1000;
+    this.owed = stillOwed(this.owed, this.said.axes, this.connection.state.snake?.camera_mm_per_s ?? 0, seconds);
+    this.lasts = Math.max(EVERY_MS / 1000, seconds);
+    this.say();
   }
 
   /** Send what is owed as speeds, and rest once nothing is. */
-  tell() {
+  say() {
     const { snake } = this.connection.state;
     if (!this.ready || !snake) {
       this.stop();
       return;
     }
     this.forgetIfStuck(snake.depth_mm);
-    const now = { depth: snake.depth_mm, insertion: snake.insertion_mm_per_s, camera: snake.camera_mm_per_s, seconds: EVERY_MS / 1000 };
+    const now = { depth: snake.depth_mm, insertion: snake.insertion_mm_per_s, camera: snake.camera_mm_per_s, seconds: this.lasts };
     const { axes, owed } = axesOf(this.owed, now);
     this.owed = owed;
-    const moves = Object.values(axes).some((axis) => axis !== 0);
-    if (moves || this.moving) this.connection.send("axes", axes);
-    this.moving = moves;
-    if (!moves && !this.dragging) this.rest();
+    this.send(axes);
+    if (!moves(axes) && !this.dragging) this.rest();
+  }
+
+  /** @param {Axes} axes beside those of keys and devices, which are added on the server */
+  send(axes) {
+    if (moves(axes) || moves(this.said.axes)) this.connection.send("axes", { hand: "picture", ...axes });
+    this.said = { axes, at: performance.now() };
   }
 
   /**
@@ -156,10 +184,14 @@ export class CameraHand {
   stop() {
     this.dragging = false;
     this.owed = { right: 0, down: 0, depth: null };
-    if (this.moving) this.connection.send("axes", { camera_x: 0, camera_y: 0, insert: 0 });
-    this.moving = false;
+    this.send(REST);
     if (this.timer !== undefined) this.rest();
   }
+}
+
+/** @param {Axes} axes */
+function moves(axes) {
+  return Object.values(axes).some((axis) => axis !== 0);
 }
 
 /** @param {ViewModel} state */

@@ -13,6 +13,7 @@ from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.command import no_command
 from vfix_engine.worlds.snake.offline.snake_drive import SnakeDrive
 from vfix_engine.worlds.snake.requests import ChooseJoint
+from vfix_engine.worlds.snake.row import ARM_CODES
 from vfix_engine.worlds.snake.settings import ARMS, Arm, Control, DriveSettings
 from vfix_engine.worlds.snake.spec import LumenContours, SnakeSystemSpec
 from vfix_engine.worlds.snake.stepping.command import SnakeCommand
@@ -150,11 +151,21 @@ def test_settings_that_are_no_arm_are_refused(wrong: dict, word: str) -> None:
         DriveSettings(**wrong)
 
 
-def test_the_same_commands_make_the_same_motion_in_every_arm() -> None:
+def test_within_the_bounds_guided_and_certified_arms_make_the_same_motion() -> None:
+    """The certificate refuses nothing there and no force leads the hand; a manual hand turns one joint alone."""
+    wide = straight(300.0, 30.0)
+    ends = {}
     for arm in ARMS:
-        ends = []
-        for _ in range(2):
-            drive = driven(arm)
-            pushed(drive, 40.0, 15.0, 20)
-            ends.append(drive.q.tobytes())
-        assert ends[0] == ends[1]
+        drive = driven(arm, wide)
+        assert pushed(drive, 40.0, 15.0, 20) < 0.0
+        ends[arm] = drive.q
+    np.testing.assert_array_equal(ends["guided"], ends["certified"])
+    assert np.abs(ends["manual"] - ends["certified"]).max() > math.radians(1.0)
+
+
+def test_codes_of_arms_in_recorded_rows_stay() -> None:
+    assert ARM_CODES.keys() == set(ARMS)
+    assert {name: ARM_CODES[name] for name in ("manual", "guided", "certified")} == {
+        "manual": 0.0, "guided": 1.0, "certified": 2.0,
+    }  # fmt: skip
+    assert len(set(ARM_CODES.values())) == len(ARMS)

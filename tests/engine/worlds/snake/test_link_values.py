@@ -12,7 +12,7 @@ from lumen_shapes import straight
 from vfix_engine.errors import InputError
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.command import no_command
-from vfix_engine.snake.haptics.haptics import guidance
+from vfix_engine.snake.haptics.haptics import step_forces
 from vfix_engine.worlds.registry import is_certified
 from vfix_engine.worlds.snake.plans.planner import Planner
 from vfix_engine.worlds.snake.settings import ARMS, DriveSettings
@@ -66,8 +66,9 @@ def test_values_of_links_are_recorded_and_read_again() -> None:
 
 def test_a_threshold_silences_the_guidance_of_a_link_that_deviates_less() -> None:
     drive = DriveSettings(thresholds_mm=(2.0,) * 5).haptics()
-    assert (guidance([1.9] * 5, np.eye(2), drive) == 0.0).all()
-    assert np.abs(guidance([2.1] * 5, np.eye(2), drive)).max() > 0.0
+    rest, outwards = (np.zeros(10), np.zeros(10), np.zeros(2), np.zeros(2)), np.array([1.0, 0.0])
+    assert (step_forces(*rest, np.full(5, 1.9), outwards, drive)[1] == 0.0).all()
+    assert np.abs(step_forces(*rest, np.full(5, 2.1), outwards, drive)[1]).max() > 0.0
 
 
 def test_snapshots_have_the_control_bends_of_the_place() -> None:
