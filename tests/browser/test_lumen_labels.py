@@ -41,20 +41,20 @@ def test_a_label_is_traced_by_the_mouse(open_page: Open, rest: Rest) -> None:
     _aim(station, label, -10.0)
     expect(page.locator("#aim-marker")).to_have_attribute("data-on", "label")
     station.picture("labels-aimed")
-    page.keyboard.down("c")
+    page.keyboard.down("x")
     for along in (-7.0, -4.0, -1.0):
         _aim(station, label, along)
     station.wait_for("the cut", lambda: _labels(station)["labels"][0]["end_mm"] > -4.0)
     station.picture("labels-cutting")
-    page.keyboard.up("c")
+    page.keyboard.up("x")
     left = _labels(station)["labels"][0]["end_mm"]
     _aim(station, label, 4.0)
     assert _labels(station)["labels"][0]["end_mm"] == left  # nothing is cut while the button is not held
     _aim(station, label, left)
-    page.keyboard.down("c")
+    page.keyboard.down("x")
     for along in (2.0, 4.0, 6.0, 8.0, 11.0):
         _aim(station, label, along, done=True)
-    page.keyboard.up("c")
+    page.keyboard.up("x")
     expect(page.locator("#end-card")).to_contain_text("Labels traced", timeout=1000.0 * DRIVEN_S)
     station.picture("labels-card")
     (run,) = rest.runs("cavity-phantom")

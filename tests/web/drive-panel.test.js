@@ -9,6 +9,9 @@ Object.assign(globalThis, { localStorage: { getItem: () => null, setItem() {} } 
 Object.defineProperty(globalThis, "navigator", { value: {}, configurable: true });
 const { listenerOf } = await import("./templates.js");
 const { default: DrivePanel } = await import("../../app/tabs/drive/panel.js");
+const { tooNarrow } = await import("../../app/tabs/drive/panel.js");
+const { limitOf } = await import("../../app/tabs/drive/status.js");
+const { wallWords } = await import("../../app/web/js/endoscope/scope.js");
 const { taskGroup } = await import("../../app/tabs/drive/task.js");
 
 /** A window whose robot runs in the manual arm. */
@@ -67,4 +70,29 @@ test("a run of a robot ends where the robot is", () => {
   panel.endCard.begin = async () => {};
   panel.endCard.update(state);
   assert.match(panel.endCard.element.textContent, /Ends where the robot is/);
+});
+
+test("a robot that nothing holds says what it is at", () => {
+  const snake = /** @type {any} */ ({ depth_mm: 100, length_mm: 400, fixed: false, nearest: { link: 7, deviation_mm: 3, bound_mm: 4 } });
+  assert.equal(limitOf(snake), null);
+  assert.equal(limitOf({ ...snake, nearest: { link: 7, deviation_mm: 3.95, bound_mm: 4 } }), "Link 7 is at its bound");
+  assert.equal(limitOf({ ...snake, depth_mm: 399.8 }), "At the end of the route");
+  assert.equal(limitOf({ ...snake, depth_mm: 0, length_mm: 0, nearest: null, fixed: true }), null);
+});
+
+test("a lens at the wall or behind it is told, with how deep", () => {
+  assert.deepEqual([null, 4, 0.6, -2.14].map(wallWords), ["", "", "Lens at the wall", "Lens 2.1 mm in the wall"]);
+});
+
+test("a robot that is too thick for its route cannot start, and a thinner one is offered", () => {
+  const path = /** @type {any} */ ({ state: "ready", limit: "narrow", least_mm: 5, reach_mm: 392, offers: [{ links: 62, length_mm: 14, radius_mm: 4, bound_mm: null }] });
+  const route = /** @type {any} */ ({ radius_mm: 6, entry: [0, 0, 0], end: [0, 0, 1] });
+  assert.equal(tooNarrow(path, route), path);
+  assert.equal(tooNarrow({ ...path, limit: "end" }, { ...route, radius_mm: 4 }), null);
+  assert.equal(tooNarrow({ ...path, limit: "bound" }, route), path, "what holds it before does not make it fit");
+  const { panel, state, sent } = driving();
+  Object.assign(state, { route, route_path: path, rehearsal: { state: "ready", mine: true } });
+  assert.match(String(panel.drive(state.rehearsal, route)), /Too narrow for this robot 392 mm in: radius 5\.0 mm/);
+  listenerOf('id="take-offer"', "click")();
+  assert.deepEqual(sent(), [["route.robot", { links: 62, length_mm: 14, radius_mm: 4 }]]);
 });

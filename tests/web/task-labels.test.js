@@ -32,14 +32,14 @@ test("the object reaches from its aimed end to the arrow's tip, and is gone at i
   assert.equal(corners(labelTriangles([{ ...LABEL, end_mm: 10 }]), 1).length, 0);
 });
 
-test("C holds the button of the tool while there is one, and everything lets go of it", () => {
+test("X holds the button of the tool while there is one, and everything lets go of it", () => {
   const connection = noted(), keys = { shortcuts: [], holds: [], hold: (what, on) => keys.holds.push([what, on]) };
-  const button = new ToolButton(connection, keys), press = () => keys.shortcuts[0](keyEvent("KeyC"));
+  const button = new ToolButton(connection, keys), press = () => keys.shortcuts[0](keyEvent("KeyX"));
   assert.equal(press(), false);
   button.follow(true);
   assert.equal(press(), true);
   assert.equal(press(), true, "a repeat");
-  globalThis.window.dispatchEvent(Object.assign(new Event("keyup"), { code: "KeyC" }));
+  globalThis.window.dispatchEvent(Object.assign(new Event("keyup"), { code: "KeyX" }));
   press();
   button.follow(false);
   assert.deepEqual(connection.sent, [["drive.cut", { on: true }], ["drive.cut", { on: false }], ["drive.cut", { on: true }], ["drive.cut", { on: false }]]);

@@ -16,13 +16,13 @@ import { tissueGroup } from "./tissue.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
 /** @import { DeviceKind } from "/static/js/devices/hand-devices.js" */
-/** @import { RouteSection, SnakeView, ViewModel } from "/static/js/types.js" */
+/** @import { RoutePathSection, RouteSection, SnakeView, ViewModel } from "/static/js/types.js" */
 
 const LIVE = ["ready", "running", "paused"];
 /** @type {Record<string, string | undefined>} */
 const STATE_WORDS = { absent: "Not in place yet.", ready: "At the entry.", running: "Running.", paused: "Paused where it is." };
-const HELP = "In the picture: the wheel inserts and retracts 5 mm a notch, with the bend that the tip has; a drag moves the camera, releasing it is the clutch. "
-  + "Keys: W S insert and retract, A D turn to the sides, Space pauses, J changes the joint of a manual hand. "
+const HELP = "In the picture: the wheel inserts and retracts 5 mm a notch, with the bend that the tip has; a drag moves the picture with the pointer, releasing it is the clutch. "
+  + "Keys: W S insert and retract, A D turn to the sides, Space pauses (Continue goes on), J changes the joint of a manual hand. "
   + "Gamepad: triggers insert, the right stick turns. SpaceMouse: slides turn; with a button held, a push inserts.";
 /** @type {Record<DeviceKind, string>} */
 const NAMES = { mouse: "Mouse", keys: "Keys", gamepad: "Gamepad", "space-mouse": "SpaceMouse" };
@@ -69,7 +69,7 @@ export default class DrivePanel {
       <div class="group">${titled("Handle", null, this.handle(rehearsal))}</div>
       <div class="group" id="devices">${titled("Device", null, this.device())}</div>
       <div class="group">${titled("View", null, this.views(snake))}</div>
-      <div class="group">${snake?.fixed ? nothing : tissueGroup(this.connection, route)}</div>`);
+      <div class="group">${snake?.fixed ? nothing : tissueGroup(this.connection, route, Boolean(snake))}</div>`);
   }
 
   /**
@@ -102,9 +102,11 @@ export default class DrivePanel {
   drive(rehearsal, route) {
     const { state = "absent", words, mine, can_take, unrecorded } = rehearsal ?? {};
     const running = state === "running", silent = state === "silent";
-    const startable = Boolean(route?.entry && route.end) && (mine || can_take) && !["starting", "silent"].includes(state);
+    const narrow = route && tooNarrow(this.connection.state.route_path, route);
+    const startable = Boolean(route?.entry && route.end) && !narrow && (mine || can_take) && !["starting", "silent"].includes(state);
     const caution = silent || state === "failed" || Boolean(words && LIVE.includes(state));
     return html`<p class=${caution ? "words caution" : "words"} id="drive-words" role="status">${said(words || STATE_WORDS[state] || "")}</p>
+      ${narrow ? this.narrow(narrow) : nothing}
       <p class="words caution" id="unrecorded" ?hidden=${!unrecorded}>${unrecorded ? said(`Not recorded: ${unrecorded}`) : nothing}</p>
       <div class="buttons even">
         <button type="button" class="primary" id="start" ?disabled=${!running && !startable}
@@ -115,6 +117,19 @@ export default class DrivePanel {
   }
 
   /**
+   * Why this robot cannot start, and one that can.
+   * @param {RoutePathSection} path
+   */
+  narrow({ reach_mm: depth, least_mm: least, offers: [offer] }) {
+    const take = () => {
+      const { links, length_mm, radius_mm } = offer;
+      this.connection.send("route.robot", { links, length_mm, radius_mm });
+    };
+    return html`<p class="words caution" id="too-narrow">Too narrow for this robot ${fixed(depth ?? 0, 0)} mm in: radius ${fixed(least ?? 0, 1)} mm.</p>
+      ${offer ? html`<button type="button" class="wide" id="take-offer" @click=${take}>Thinner robot</button>` : nothing}`;
+  }
+
+  /**
    * @param {ViewModel["rehearsal"]} rehearsal
    * @param {SnakeView | null | undefined} snake
    */
@@ -122,7 +137,7 @@ export default class DrivePanel {
     const off = !(rehearsal?.mine && rehearsal.state === "running");
     return html`<div class="buttons even">
       <button type="button" id="straighten" ?disabled=${off || snake?.straight} @click=${() => this.connection.send("camera.straighten")}>Straighten</button>
-      <button type="button" id="look-round" aria-pressed=${String(snake?.doing === "look")} ?disabled=${off || !snake?.can_look} @click=${() => this.connection.send("camera.look_round")}>Look round</button>
+      <button type="button" id="look-round" title=${snake?.can_look === false ? "Once all links that bend are inside." : nothing} aria-pressed=${String(snake?.doing === "look")} ?disabled=${off || !snake?.can_look} @click=${() => this.connection.send("camera.look_round")}>Look round</button>
     </div>`;
   }
 
@@ -156,6 +171,15 @@ export default class DrivePanel {
   }
 }
 
+/**
+ * The path of a route that is narrower than its robot; null for another.
+ * @param {RoutePathSection | null | undefined} path
+ * @param {RouteSection} route
+ */
+export function tooNarrow(path, { radius_mm: radius }) {
+  return path?.state === "ready" && (path.limit === "narrow" || (path.least_mm !== null && path.least_mm < radius)) ? path : null;
+}
+
 /** @param {SnakeView} snake */
 function figures(snake) {
   const { nearest } = snake;
@@ -165,7 +189,8 @@ function figures(snake) {
       ["Links inside", `${snake.links_inside} of ${snake.links}`],
     ]),
     ["Deviation", nearest ? `${fixed(nearest.deviation_mm, 1)} of ${fixed(nearest.bound_mm, 1)} mm, link ${nearest.link}` : "–"],
-    ["Bend", snake.straight ? "Straight" : fixed(snake.bend, 2)],
+    ...(snake.lens_mm === null ? [] : [["Lens to wall", snake.lens_mm < 0 ? `${fixed(-snake.lens_mm, 1)} mm behind` : `${fixed(snake.lens_mm, 1)} mm`]]),
+    ["Bend", snake.straight ? "Straight" : `${fixed(100 * snake.bend, 0)} %`],
   ];
   const part = snake.length_mm ? Math.min(1, snake.depth_mm / snake.length_mm) : 0;
   return html`<dl class="facts" id="snake-facts">${facts.map(([term, value]) => html`<dt>${term}</dt><dd>${value}</dd>`)}</dl>

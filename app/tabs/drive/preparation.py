@@ -8,6 +8,7 @@ from typing import Any
 
 from app.drives.prepared_drive import PreparedDrive
 from app.lumen.document import Route, StoredRoute
+from app.lumen.lens_wall import LensWall
 from app.lumen.paths import RoutePath
 from app.lumen.task_watch import LabelWatch, PolypWatch, TaskWatch
 from app.lumen.tasks import route_polyps
@@ -25,7 +26,7 @@ STEP_S = 0.002  # of control: a step whose program turns the view takes a millis
 class PreparedSnake(PreparedDrive[SnakeSnapshot]):
     """A robot at the entry of a route. path: what was computed of the route; drive: fixed for the whole drive.
 
-    task: that the drive begins with, None for none.
+    task: that the drive begins with, None for none. wall: of the lumen, None where the tissue moves.
     """
 
     settings: SnakeSettings
@@ -33,6 +34,7 @@ class PreparedSnake(PreparedDrive[SnakeSnapshot]):
     route: Route
     drive: DriveSettings
     task: TaskWatch[Any] | None = None
+    wall: LensWall | None = None
 
     def begin(self, process: ControlProcess[SnakeSnapshot]) -> None:
         if self.task is not None:
@@ -67,6 +69,7 @@ def prepare(
         route=route.content,
         drive=drive,
         task=task,
+        wall=LensWall(services.lumen_routes.tasks.wall(route.case_id)) if path.tissue is None else None,
     )
 
 
@@ -85,7 +88,7 @@ def watched_task(
     task = tasks.polyps(
         route,
         options.task,
-        lambda share: tell(f"Searching what this robot can view, {100 * share:.0f} %. Takes minutes."),
+        lambda share: tell(f"Searching what this robot can view, {100 * share:.0f} %."),
     )
     tell("Starting …")
     return PolypWatch(task, path.snake, path.tissue, LumenSight(tasks.wall(route.case_id), task, path.tissue))

@@ -54,6 +54,7 @@ class SnakeView(TypedDict):
     arm: of this drive; certified: in the arm of that name only. joint: that a manual hand turns, 1: the last.
     yield_mm_per_s_per_n: admittance by which a guided pull yields to the force, 0 in other arms.
     behind: of the pathway. steered: the control has control bends; shown: whether this window shows them.
+    lens_mm: from the lens to the wall, negative behind it; None where the tissue moves.
     fixed: the robot stands on a fixed base and bends; nothing is inserted.
     """
 
@@ -76,6 +77,7 @@ class SnakeView(TypedDict):
     behind: BehindWallView | None
     steered: bool
     shown: bool
+    lens_mm: float | None
     fixed: bool
 
 

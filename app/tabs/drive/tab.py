@@ -259,9 +259,10 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
             return "The robot comes to the entry."
         fixed = "labels" in self._offered()  # on a base in the cavity
         if fixed and now.shown_state != "running":
-            return "Press Start, then drag in the picture."
+            return "Press Start or Continue, then drag in the picture."
         if fixed and now.mine:
-            return "Drag turns the camera; hold C to cut."
+            return "Drag turns the camera; hold X to cut."
         if now.shown_state == "running" and now.mine:
-            return "Wheel in the picture inserts; drag turns the camera."
-        return "Press Start, then turn the wheel in the picture."
+            return "Wheel or W inserts; a drag or A and D turn."
+        press = "Continue" if now.shown_state == "paused" else "Start"
+        return f"Press {press}, then turn the wheel in the picture."

@@ -9,7 +9,7 @@ import { hintLine, html, nothing, said, titled } from "/static/js/template.js";
 const HELP = "Study I of Kwok 2013, with the arm that is chosen above. A polyp counts as viewed while it is in the square frame, 15 ± 7 mm away and within 20° of the "
   + "picture’s middle; its colour goes from blue to bright yellow as the view gets better. Held for 7 s without a break, it disappears. "
   + "The polyps are drawn by the seed where this robot can view them: the first search takes minutes. Reset or Cancel ends the task.";
-const LABELS_HELP = "Study II of Kwok 2013, with the arm that is chosen above, from a fixed base. On each label lies a yellow object along the arrow. While C or the right mouse button "
+const LABELS_HELP = "Study II of Kwok 2013, with the arm that is chosen above, from a fixed base. On each label lies a yellow object along the arrow. While X or the right mouse button "
   + "is held and the marker is at most 2 mm from the object’s near end, it is shortened; at the arrow’s tip the label is done. The way of the tool is drawn in 3D, red where it cuts. "
   + "The labels are drawn by the seed where this robot can trace them. Reset or Cancel ends the task.";
 /** @type {Record<NonNullable<DriveTaskView["task"]>, string>} */
@@ -47,7 +47,7 @@ function instructions(now) {
 
 function labelWords() {
   return html`<p class="words">Turn the camera to the start of an arrow.</p>
-    <p class="words">Hold C and follow the arrow to its tip.</p>
+    <p class="words">Hold X and follow the arrow to its tip.</p>
     ${hintLine("task-end", "The task ends when all labels are done.", LABELS_HELP)}`;
 }
 

@@ -14,8 +14,9 @@ const fields = new NumberFields();
 /**
  * @param {Connection} connection
  * @param {RouteSection | null | undefined} route
+ * @param {boolean} [live] a robot is there, whose tissue moves as it did at its start
  */
-export function tissueGroup(connection, route) {
+export function tissueGroup(connection, route, live = false) {
   if (!route) return nothing;
   const moves = [route.breathing_mm ? "breathes" : "", route.peristalsis ? "peristalsis" : ""].filter(Boolean).join(", ") || "still";
   const field = (/** @type {string} */ id, /** @type {string} */ label, /** @type {[number, number]} */ [low, high], /** @type {number} */ value, /** @type {() => void} */ changed, /** @type {Record<string, string>} */ marks) => {
@@ -30,5 +31,5 @@ export function tissueGroup(connection, route) {
   const peristalsis = field("peristalsis-percent", "Peristalsis, %", RANGES.percent, 100 * route.peristalsis, narrow, NARROWS);
   const wave = field("peristalsis-s", "Wave, s", RANGES.period, route.peristalsis_period_s, narrow, NARROWS);
   return html`<details class="folded" id="tissue"><summary>Tissue motion: ${moves}</summary><div class="fields two">
-    ${breathing.shown}${breath.shown}${peristalsis.shown}${wave.shown}</div></details>`;
+    ${breathing.shown}${breath.shown}${peristalsis.shown}${wave.shown}</div>${live ? html`<p class="words" id="tissue-next">A change counts from the next run.</p>` : nothing}</details>`;
 }

@@ -1,10 +1,10 @@
-// The button of the tool of a task: C, or the right mouse button in the picture, while it is held.
+// The button of the tool of a task: X, or the right mouse button in the picture, while it is held.
 import { LET_GO } from "/static/js/keys.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { Keys } from "/static/js/keys.js" */
 
-const KEY = "KeyC";
+const KEY = "KeyX";
 
 export class ToolButton {
   /**

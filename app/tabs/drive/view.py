@@ -44,6 +44,7 @@ def snake_section(now: SnakeRecord, shown: bool = False) -> SnakeView | None:
         "behind": behind_wall(prepared.path),
         "steered": drive.control == "parameterised",
         "shown": shown,
+        "lens_mm": None if prepared.wall is None else round(prepared.wall.distance_mm(snapshot.camera), 1),
         "fixed": prepared.path.base is not None,
     }
 

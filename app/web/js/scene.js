@@ -21,6 +21,7 @@ export const TOUCHED = "vfix:scene-touched";
 
 const SOFTWARE_RESOLUTION = 0.6;
 const STILL_MS = 400; // until a scene that rests has been drawn in its size
+const REST_MS = 2000; // between two frames of it
 const SCALES_MM = [1, 2, 5, 10, 20, 50, 100, 200];
 
 export class SceneFrame {
@@ -42,6 +43,9 @@ export class SceneFrame {
     this.rests = false; // without a graphics card, while the endoscope is large and the tool moves
     /** @type {number | undefined} until it rests */
     this.restTimer = undefined;
+    this.still = /** @type {HTMLCanvasElement} */ (byId("scene-still"));
+    /** @type {ReturnType<typeof setInterval> | undefined} */
+    this.pulse = undefined;
     this.changedLegend = whenChanged();
     this.holding = false;
     /** @type {CSSStyleSheet | null} of the page within the frame */
@@ -153,13 +157,15 @@ export class SceneFrame {
     this.sheet = null;
   }
 
-  /** A scene that rests shows the picture of when it began to, also in another size: its canvas is empty then. */
+  /** A scene that rests shows a copy of its last frame: its canvas is empty where the browser paints it anew. */
   drawOnce() {
     clearTimeout(this.restTimer);
+    if (this.layer) this.layer.hooks.copied = this.still;
     this.layer?.hooks.draw(true);
     this.drawn = true;
     this.restTimer = setTimeout(() => {
       this.restTimer = undefined;
+      if (this.layer) this.layer.hooks.copied = null;
       this.drawIfSeen();
     }, STILL_MS);
   }
@@ -181,8 +187,12 @@ export class SceneFrame {
     const rests = this.software && (this.layout === "endoscope" || this.layout === "endoscope-alone") && step?.input === "drive" && rehearsal?.state === "running";
     if (rests === this.rests) return;
     this.rests = rests;
-    byId("scene-rests").hidden = !rests;
-    if (rests) this.drawOnce();
+    byId("scene-rests").hidden = this.still.hidden = !rests;
+    clearInterval(this.pulse);
+    if (rests) {
+      this.drawOnce();
+      this.pulse = setInterval(() => this.drawOnce(), REST_MS);
+    }
     this.drawIfSeen();
   }
 
@@ -190,6 +200,7 @@ export class SceneFrame {
   look(view) {
     this.layer?.turning.reset();
     this.connection.send("view.camera", { view });
+    if (this.rests) this.drawOnce();
   }
 
   /**

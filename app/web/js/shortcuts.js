@@ -53,6 +53,7 @@ export const SHORTCUTS = [
     { keys: "Wheel, W S", words: "In the picture: insert and retract; W S hold" },
     { keys: "Drag, A D", words: "Move the camera" },
     { keys: "Space", words: "Pause the robot where it is" },
+    { keys: "X", words: "Hold: the tool of a task cuts" },
     { keys: "J", words: "The other joint of a manual hand" },
   ]],
 ];

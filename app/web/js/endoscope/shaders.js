@@ -15,7 +15,7 @@ in vec3 place; in vec3 facing; in vec4 tissue;
 uniform vec3 eye; uniform vec3 ahead; uniform vec3 lights[2];
 uniform float reach; uniform float near; uniform float exposure; uniform vec3 wrap; uniform float shine; uniform float fog; uniform float relief; uniform vec3 tint;
 out vec4 drawn;
-const vec3 IN_TISSUE = vec3(0.14, 0.02, 0.02);  // back faces: the lens is in tissue, and shows no hole
+const vec3 IN_TISSUE = vec3(0.42, 0.09, 0.07);  // back faces: the lens is in tissue, a red-out and no hole
 vec3 shown(vec3 light) { return pow(1.0 - exp(-exposure * light * tint), vec3(1.0 / 2.2)); }
 `;
 

@@ -18,7 +18,7 @@ import { LOOKS } from "./looks.js";
 import { NearnessCues } from "./nearness-cues.js";
 import { PoseChannel } from "./pose-channel.js";
 import { Renderer } from "./renderer.js";
-import { scopeOf } from "./scope.js";
+import { scopeOf, wallWords } from "./scope.js";
 import { ScopeTools } from "./scope-tools.js";
 import { SurfaceLoader } from "./surface-loader.js";
 
@@ -133,7 +133,7 @@ export class EndoscopeView {
     this.showLabels(labels);
     const replayed = replayedPose();
     if (!this.driven) this.show(replayed ?? this.plannedPose(state));
-    say(this.source, this.driven ? "" : replayed ? "Replayed" : this.pose ? "Planned, not driven" : "");
+    say(this.source, this.driven ? wallWords(state.snake?.lens_mm) : replayed ? "Replayed" : this.pose ? "Planned, not driven" : "");
   }
 
   /**
@@ -267,7 +267,7 @@ export class EndoscopeView {
     this.driven = pose;
     if (!this.arcs.element.hidden) this.feel(row);
     this.show(pose);
-    say(this.source, "");
+    say(this.source, wallWords(this.connection.state.snake?.lens_mm));
   }
 
   /**

@@ -34,6 +34,8 @@ export class SceneHooks {
     /** @type {Set<Watcher>} */
     this.watchers = new Set();
     this.paused = false;
+    /** @type {HTMLCanvasElement | null} gets a copy of every frame */
+    this.copied = null;
     /** @type {number | null} pixels of the canvas to one CSS pixel, while they are fewer for a time */
     this.density = null;
     const { gl } = this.getState();
@@ -42,6 +44,7 @@ export class SceneHooks {
       if (this.paused) return;
       if (drawn === scene) for (const watch of this.watchers) watch(camera);
       draw(drawn, camera);
+      if (drawn === scene && this.copied) copy(gl.domElement, this.copied); // in this task: what is drawn is gone after it
     };
   }
 
@@ -106,6 +109,15 @@ export class SceneHooks {
    * @param {(object: Three) => void} visit
    */
   each(visit) { this.scene.traverse(visit); }
+}
+
+/**
+ * @param {HTMLCanvasElement} from
+ * @param {HTMLCanvasElement} to
+ */
+function copy(from, to) {
+  [to.width, to.height] = [from.width, from.height];
+  to.getContext("2d")?.drawImage(from, 0, 0);
 }
 
 /**
