@@ -8,7 +8,7 @@ layOutElements();
 Object.assign(globalThis, { localStorage: { getItem: () => null, setItem() {} } });
 Object.defineProperty(globalThis, "navigator", { value: {}, configurable: true });
 const { listenerOf } = await import("./templates.js");
-const { default: DrivePanel } = await import("../../app/tabs/drive/panel.js");
+const { default: DrivePanel, whyNoLook } = await import("../../app/tabs/drive/panel.js");
 const { taskGroup } = await import("../../app/tabs/drive/task.js");
 
 /** A window whose robot runs in the manual arm. */
@@ -67,4 +67,10 @@ test("a run of a robot ends where the robot is", () => {
   panel.endCard.begin = async () => {};
   panel.endCard.update(state);
   assert.match(panel.endCard.element.textContent, /Ends where the robot is/);
+});
+
+test("Look round says why it is off", () => {
+  assert.match(whyNoLook(true, { can_look: true }), /runs/);
+  assert.match(whyNoLook(false, { can_look: false }), /Insert until/);
+  assert.equal(whyNoLook(false, { can_look: true }), "");
 });

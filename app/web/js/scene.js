@@ -153,7 +153,7 @@ export class SceneFrame {
     this.sheet = null;
   }
 
-  /** A scene that rests shows the picture of when it began to, also in another size: its canvas is empty then. */
+  /** A scene that rests shows the picture of when it began to, or of what was asked for since. */
   drawOnce() {
     clearTimeout(this.restTimer);
     this.layer?.hooks.draw(true);
@@ -190,6 +190,7 @@ export class SceneFrame {
   look(view) {
     this.layer?.turning.reset();
     this.connection.send("view.camera", { view });
+    if (this.rests) this.drawOnce();
   }
 
   /**

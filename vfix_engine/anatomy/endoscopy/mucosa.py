@@ -38,7 +38,7 @@ def openness(
     start = surface.mesh.vertices + _OFF_MM * normals
     found = np.zeros(len(normals))
     for number, (x, y, z) in enumerate(_cosine_directions(rays)):
-        progress("Finding how light reaches each place", number / rays)
+        progress("Preparing the picture", number / rays)
         distance, _ = wall.seen(start, x * first + y * second + z * normals)
         found += np.sqrt(np.minimum(distance / reach_mm, 1.0))
     return found / rays

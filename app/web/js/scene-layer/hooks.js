@@ -43,6 +43,11 @@ export class SceneHooks {
       if (drawn === scene) for (const watch of this.watchers) watch(camera);
       draw(drawn, camera);
     };
+    const setSize = gl.setSize.bind(gl);
+    gl.setSize = (/** @type {unknown[]} */ ...size) => {
+      setSize(...size);
+      if (this.paused) draw(scene, this.camera); // another size or resolution empties the canvas
+    };
   }
 
   /** @returns {Three} */
