@@ -8,9 +8,7 @@ layOutElements();
 Object.assign(globalThis, { localStorage: { getItem: () => null, setItem() {} } });
 Object.defineProperty(globalThis, "navigator", { value: {}, configurable: true });
 const { listenerOf } = await import("./templates.js");
-const { default: DrivePanel } = await import("../../app/tabs/drive/panel.js");
-const { tooNarrow } = await import("../../app/tabs/drive/panel.js");
-const { limitOf } = await import("../../app/tabs/drive/status.js");
+const { default: DrivePanel, tooNarrow, whyNoLook } = await import("../../app/tabs/drive/panel.js");
 const { wallWords } = await import("../../app/web/js/endoscope/scope.js");
 const { taskGroup } = await import("../../app/tabs/drive/task.js");
 
@@ -72,14 +70,6 @@ test("a run of a robot ends where the robot is", () => {
   assert.match(panel.endCard.element.textContent, /Ends where the robot is/);
 });
 
-test("a robot that nothing holds says what it is at", () => {
-  const snake = /** @type {any} */ ({ depth_mm: 100, length_mm: 400, fixed: false, nearest: { link: 7, deviation_mm: 3, bound_mm: 4 } });
-  assert.equal(limitOf(snake), null);
-  assert.equal(limitOf({ ...snake, nearest: { link: 7, deviation_mm: 3.95, bound_mm: 4 } }), "Link 7 is at its bound");
-  assert.equal(limitOf({ ...snake, depth_mm: 399.8 }), "At the end of the route");
-  assert.equal(limitOf({ ...snake, depth_mm: 0, length_mm: 0, nearest: null, fixed: true }), null);
-});
-
 test("a lens at the wall or behind it is told, with how deep", () => {
   assert.deepEqual([null, 4, 0.6, -2.14].map(wallWords), ["", "", "Lens at the wall", "Lens 2.1 mm in the wall"]);
 });
@@ -95,4 +85,10 @@ test("a robot that is too thick for its route cannot start, and a thinner one is
   assert.match(String(panel.drive(state.rehearsal, route)), /Too narrow for this robot 392 mm in: radius 5\.0 mm/);
   listenerOf('id="take-offer"', "click")();
   assert.deepEqual(sent(), [["route.robot", { links: 62, length_mm: 14, radius_mm: 4 }]]);
+});
+
+test("Look round says why it is off", () => {
+  assert.match(whyNoLook(true, { can_look: true }), /runs/);
+  assert.match(whyNoLook(false, { can_look: false }), /Insert until/);
+  assert.equal(whyNoLook(false, { can_look: true }), "");
 });

@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { SceneFrame, hasErrorBalls } from "../../app/web/js/scene.js";
+import { SceneHooks } from "../../app/web/js/scene-layer/hooks.js";
 import { noted } from "./page.js";
 
 function frame(connected) {
@@ -30,4 +31,24 @@ test("the legend names balls of the registration's error only where they are dra
   assert.equal(shown("plan", { plan_use: { state: "ready", error_words: "Nothing is known of the error.", has_balls: false } }), false);
   assert.equal(shown("plan", { plan_use: { state: "ready", error_words: "The error is below 1 mm.", has_balls: true } }), true);
   assert.equal(shown("rehearse", { plan_use: { has_balls: true } }), false);
+});
+
+test("a scene that rests is drawn for a view that is asked for", () => {
+  const scene = Object.assign(frame(true), { rests: true, drawn: 0, layer: { turning: { reset() {} } }, drawOnce() { this.drawn += 1; } });
+  scene.look("front");
+  assert.equal(scene.drawn, 1);
+  scene.rests = false;
+  scene.look("front");
+  assert.equal(scene.drawn, 1);
+});
+
+test("a paused scene is drawn again when another size has emptied its canvas", () => {
+  const drawn = [], gl = { render: (what) => drawn.push(what), setSize() {} };
+  const scene = { traverse() {}, __r3f: { root: { getState: () => ({ gl, camera: {}, setFrameloop() {}, invalidate() {} }) } } };
+  const hooks = new SceneHooks(scene);
+  gl.setSize(10, 10);
+  assert.deepEqual(drawn, []);
+  hooks.draw(false);
+  gl.setSize(20, 20);
+  assert.deepEqual(drawn, [scene]);
 });

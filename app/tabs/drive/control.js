@@ -9,15 +9,15 @@ import { hintLine, html, nothing, titled } from "/static/js/template.js";
 /** @typedef {DriveOptionsView["arm"]} Arm */
 /** Of every arm its name on the page, and what it is; in the order of the buttons. @type {Record<Arm, [string, string]>} */
 const ARMS = {
-  manual: ["Manual", "Your hand turns one of the last two joints."],
-  guided: ["Guided", "Forces lead your hand; nothing refuses a motion."],
-  certified: ["Certified", "Every motion is certified."],
+  manual: ["Manual", "No help: your hand turns one joint."],
+  guided: ["Guided", "Gentle forces lead your hand."],
+  certified: ["Certified", "Stopped at the limit."],
 };
 const ARM_NAMES = /** @type {Arm[]} */ (Object.keys(ARMS));
 const WITHOUT = "Without the certificate: nothing keeps the robot in its pathway.";
 const HELP = "Manual: the paper’s ‘without’. Left and right, up and down turn one of the last two universal joints, the others follow the centreline. "
-  + "Guided: the paper’s ‘with’. Forces on the hand, and no bound that holds; without a force device the pull yields to the force. "
-  + "Certified: ours. Another arm ends the run, and the next begins at the entry.";
+  + "Guided: the paper’s ‘with’. Forces on the hand, and no bound that holds; joints still have their range and speed, and in moving tissue the robot waits for the tissue. Without a force device the pull yields to the force. "
+  + "Certified: ours. Every motion is certified to stay in the pathway, and stopped at its limit. Another arm ends the run, and the next begins at the entry.";
 const BEHIND_HELP = "The certificate speaks of the fitted pathway, not of the wall. So much of the pathway’s surface lies behind the wall’s triangles, "
   + "and a certified link can be as deep behind them there.";
 /** @type {[NonNullable<DriveOptionsView["preset"]> | "", string][]} */

@@ -21,8 +21,8 @@ import { tissueGroup } from "./tissue.js";
 const LIVE = ["ready", "running", "paused"];
 /** @type {Record<string, string | undefined>} */
 const STATE_WORDS = { absent: "Not in place yet.", ready: "At the entry.", running: "Running.", paused: "Paused where it is." };
-const HELP = "In the picture: the wheel inserts and retracts 5 mm a notch, with the bend that the tip has; a drag moves the picture with the pointer, releasing it is the clutch. "
-  + "Keys: W S insert and retract, A D turn to the sides, Space pauses (Continue goes on), J changes the joint of a manual hand. "
+const HELP = "In the picture: the wheel inserts and retracts 5 mm a notch, with the bend that the tip has; a drag moves what is seen along with the pointer, so the camera goes the other way; releasing it is the clutch. "
+  + "Keys: W S insert and retract, A D turn to the sides, Space pauses and Continue goes on, J changes the joint of a manual hand. "
   + "Gamepad: triggers insert, the right stick turns. SpaceMouse: slides turn; with a button held, a push inserts.";
 /** @type {Record<DeviceKind, string>} */
 const NAMES = { mouse: "Mouse", keys: "Keys", gamepad: "Gamepad", "space-mouse": "SpaceMouse" };
@@ -137,7 +137,7 @@ export default class DrivePanel {
     const off = !(rehearsal?.mine && rehearsal.state === "running");
     return html`<div class="buttons even">
       <button type="button" id="straighten" ?disabled=${off || snake?.straight} @click=${() => this.connection.send("camera.straighten")}>Straighten</button>
-      <button type="button" id="look-round" title=${snake?.can_look === false ? "Once all links that bend are inside." : nothing} aria-pressed=${String(snake?.doing === "look")} ?disabled=${off || !snake?.can_look} @click=${() => this.connection.send("camera.look_round")}>Look round</button>
+      <button type="button" id="look-round" aria-pressed=${String(snake?.doing === "look")} ?disabled=${off || !snake?.can_look} title=${whyNoLook(off, snake)} @click=${() => this.connection.send("camera.look_round")}>Look round</button>
     </div>`;
   }
 
@@ -180,6 +180,16 @@ export function tooNarrow(path, { radius_mm: radius }) {
   return path?.state === "ready" && (path.limit === "narrow" || (path.least_mm !== null && path.least_mm < radius)) ? path : null;
 }
 
+/**
+ * Why the camera cannot look round now; '' where it can.
+ * @param {boolean} off nobody drives here
+ * @param {SnakeView | null | undefined} snake
+ */
+export function whyNoLook(off, snake) {
+  if (off) return "While this window's robot runs";
+  return snake?.can_look ? "" : "Insert until all links that bend are inside";
+}
+
 /** @param {SnakeView} snake */
 function figures(snake) {
   const { nearest } = snake;
@@ -190,7 +200,7 @@ function figures(snake) {
     ]),
     ["Deviation", nearest ? `${fixed(nearest.deviation_mm, 1)} of ${fixed(nearest.bound_mm, 1)} mm, link ${nearest.link}` : "–"],
     ...(snake.lens_mm === null ? [] : [["Lens to wall", snake.lens_mm < 0 ? `${fixed(-snake.lens_mm, 1)} mm behind` : `${fixed(snake.lens_mm, 1)} mm`]]),
-    ["Bend", snake.straight ? "Straight" : `${fixed(100 * snake.bend, 0)} %`],
+    ["Bend", snake.straight ? "Straight" : `${fixed(100 * snake.bend, 0)} % of the most`],
   ];
   const part = snake.length_mm ? Math.min(1, snake.depth_mm / snake.length_mm) : 0;
   return html`<dl class="facts" id="snake-facts">${facts.map(([term, value]) => html`<dt>${term}</dt><dd>${value}</dd>`)}</dl>

@@ -12,7 +12,7 @@ from app.drives import commands as drives
 from app.drives.drive_process import Tell
 from app.drives.shared_drive import SharedDrive
 from app.drives.shared_drives import DriveKey, SharedDrives
-from app.drives.view import details_section
+from app.drives.view import FREE, details_section
 from app.kit.errors import NotFound
 from app.kit.kept import Same
 from app.lumen.document import StoredRoute
@@ -26,7 +26,7 @@ from app.tabs.drive import commands as c
 from app.tabs.drive.options import LumenDriveOptions, options_view
 from app.tabs.drive.preparation import PreparedSnake, made_of, prepare
 from app.tabs.drive.task import chosen_task, task_layers, task_section
-from app.tabs.drive.view import scope_section, snake_section
+from app.tabs.drive.view import free_words, scope_section, snake_section
 from app.tabs.drive_tab import NOT_HELD, DriveTab
 from app.workspace.layers import Layer
 from app.workspace.workspace import Workspace
@@ -199,6 +199,8 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
 
     def _section(self) -> Any:
         section = self.drive_section()
+        if self.now.snapshot is not None and section.get("holding") == FREE:
+            section["holding"] = free_words(self.now.snapshot)
         if self.changed and section["state"] in ("ready", "paused"):
             section["words"] = "The route has changed. Reset takes it as it is now."
         return section
@@ -263,6 +265,7 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
         if fixed and now.mine:
             return "Drag turns the camera; hold X to cut."
         if now.shown_state == "running" and now.mine:
-            return "Wheel or W inserts; a drag or A and D turn."
-        press = "Continue" if now.shown_state == "paused" else "Start"
-        return f"Press {press}, then turn the wheel in the picture."
+            return "Insert by wheel or keys; turn by a drag or keys."
+        if now.shown_state == "paused":
+            return "Press Continue: the robot goes on from where it is."
+        return "Press Start, then turn the wheel in the picture."

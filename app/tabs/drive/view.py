@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from app.drives.drive_record import DriveRecord
-from app.drives.view import place
+from app.drives.view import FREE, place
 from app.lumen.document import StoredRoute
 from app.lumen.paths import RoutePath
 from app.tabs.drive.preparation import PreparedSnake
@@ -13,6 +13,9 @@ from app.tabs.drive.sections import BehindWallView, LinkView, SnakeView
 from app.workspace.sections import ScopePoseView, ScopeSection
 from vfix_engine.worlds.snake.settings import SnakeSettings
 from vfix_engine.worlds.snake.snapshot import SnakeSnapshot
+
+NEAR_SHARE = 0.98  # of a bound: a motion outwards is cut short from there on
+NEAR_END_MM = 0.5  # of the way
 
 SnakeRecord = DriveRecord[PreparedSnake, SnakeSnapshot]
 
@@ -68,6 +71,20 @@ def _nearest(snapshot: SnakeSnapshot) -> LinkView | None:
         "deviation_mm": round(float(snapshot.deviations[link]), 2),
         "bound_mm": round(float(snapshot.bounds[link]), 2),
     }
+
+
+def free_words(snapshot: SnakeSnapshot) -> str:
+    """What to say of a robot that nothing holds now: the end of its way, or a link that is near or beyond its bound."""
+    nearest = _nearest(snapshot)
+    if nearest is not None:
+        used = nearest["deviation_mm"] / nearest["bound_mm"]
+        if used > 1.0:
+            return f"Nothing, but link {nearest['link']} is beyond its bound"
+        if used >= NEAR_SHARE:
+            return f"Link {nearest['link']} is at its bound"
+    if snapshot.progress_mm >= snapshot.length_mm - NEAR_END_MM:
+        return "The end of the way"
+    return FREE
 
 
 def _entry_pose(path: RoutePath) -> ScopePoseView:

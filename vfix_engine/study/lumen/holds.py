@@ -20,7 +20,7 @@ _WORDS = {
     "end": "the end of the way",
     "tissue": "no pathway in the moving tissue",
     "insertion": "the insertion goes before the camera",
-    "planning": "the computer was busy planning",
+    "planning": "waiting for the computer",
 }
 
 

@@ -46,6 +46,11 @@ export class SceneHooks {
       draw(drawn, camera);
       if (drawn === scene && this.copied) copy(gl.domElement, this.copied); // in this task: what is drawn is gone after it
     };
+    const setSize = gl.setSize.bind(gl);
+    gl.setSize = (/** @type {unknown[]} */ ...size) => {
+      setSize(...size);
+      if (this.paused) draw(scene, this.camera); // another size or resolution empties the canvas
+    };
   }
 
   /** @returns {Three} */

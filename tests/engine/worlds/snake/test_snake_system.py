@@ -139,7 +139,7 @@ def test_without_a_planner_it_holds_and_says_so(still: SnakeSystem, moving: Snak
     assert DriveView(moving, state).lost is None
     state = moving.step(state, hand(insert=1.0))
     assert (state.outcome, state.limit) == ("held", "tissue")
-    assert "measured 61 ms ago" in (state.held_by or "")
+    assert "waiting for the tissue" in (state.held_by or "")
     asked = moving.background(state)
     assert asked is not None
     state = moving.step(moving.adopt(state, moving.planner(asked.inputs), 0.0), hand(insert=1.0))
