@@ -18,7 +18,7 @@ from .task import DiathermySample, DiathermyState, first_state, stepped
 WAY_MM = 1.0  # between two places of the tip that are kept
 
 
-class TipWay(NamedTuple):
+class CutWay(NamedTuple):
     """The way of the last link's far end so far: (n, 3) LPS mm, and (n,) where the tool was cutting (fig. 10d)."""
 
     places: Array
@@ -47,10 +47,10 @@ class LiveLabels:
         return self.state.done
 
     @property
-    def way(self) -> TipWay:
+    def way(self) -> CutWay:
         """Places at least ``WAY_MM`` apart, and where cutting began or ended."""
         kept = np.array(self._way.copy(), dtype=np.float64).reshape(-1, 4)
-        return TipWay(kept[:, :3], kept[:, 3] > 0.0)
+        return CutWay(kept[:, :3], kept[:, 3] > 0.0)
 
     def read(self, lines: Array) -> DiathermyState:
         """Step with lines (n, w), each a command and a row."""
