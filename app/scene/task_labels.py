@@ -12,6 +12,7 @@ from app.scene.lines import Lines, circle, joined
 from vfix_engine.arrays import Array, BoolArray
 
 if TYPE_CHECKING:
+    from app.scene.labels import SceneLabel
     from app.scene.view import SceneView
 
 RADIUS_MM, HALF_MM = 16.5, 10.0  # of a label, and of its arrow
@@ -40,7 +41,7 @@ class LabelNodes:
         self._objects = Lines(view, "/drive/labels/objects", palette.SOUGHT[2], _OBJECT_MM)
         self._way = Lines(view, "/drive/labels/way", palette.TIP_WAY, _WAY_MM)
         self._cut = Lines(view, "/drive/labels/cut", palette.TIP_CUT, _WAY_MM)
-        self._names: list[str] = []
+        self._names: list[SceneLabel] = []
 
     def show(self, labels: tuple[LabelShape, ...], way: Array, red: BoolArray) -> None:
         """way: (n, 3) LPS mm of the tip; red: (n,) where it was cutting."""
@@ -54,12 +55,15 @@ class LabelNodes:
         for one in labels[len(self._names) :]:
             name = f"/drive/labels/{one.name}_label"
             at = one.centre + (RADIUS_MM + 2.0) * one.along
-            self._view.labels.add(name, one.name, "bead", at, font_screen_scale=0.8, anchor="center-center")
-            self._names.append(name)
+            self._names.append(
+                self._view.labels.add(name, one.name, "bead", at, font_screen_scale=0.8, anchor="center-center")
+            )
 
     def remove(self) -> None:
         for lines in (self._rims, self._arrows, self._objects, self._way, self._cut):
             lines.remove()
+        for name in self._names:
+            name.remove()
 
 
 def _line(one: LabelShape, start_mm: float, end_mm: float) -> Array:

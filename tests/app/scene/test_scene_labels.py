@@ -12,6 +12,7 @@ from app.scene.floor import BELOW_MM, FloorNodes, floor_picture, footprint
 from app.scene.labels import SceneLabels
 from app.scene.plan import GHOST_RADIUS_MM, GhostNodes
 from app.scene.regions import PLACE_RADIUS_MM, DrawingNodes
+from app.scene.task_labels import LabelNodes, LabelShape
 from vfix_engine.robots import Visual
 
 
@@ -108,3 +109,19 @@ def test_a_robot_stands_on_a_floor_under_its_base() -> None:
     alpha = floor_picture()[:, :, 3].astype(int)
     assert alpha[0, 0] == 0
     assert alpha[96, 96] > alpha[96, 20] > 0
+
+
+def test_labels_of_a_task_go_with_their_numbers() -> None:
+    scene = Scene()
+    labels = SceneLabels(scene)  # type: ignore[arg-type]
+    nodes = LabelNodes(SimpleNamespace(scene=scene, labels=labels))  # type: ignore[arg-type]
+    along, normal = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    shapes = tuple(LabelShape(np.array([0.0, 40.0 * n, 0.0]), normal, along, -10.0, str(n + 1)) for n in range(2))
+    way, red = np.array([[0.0, 0.0, 9.0], [1.0, 0.0, 9.0], [2.0, 0.0, 9.0]]), np.array([False, False, True])
+    nodes.show(shapes, way, red)
+    nodes.show(shapes, way, red)
+    assert [label.text for label in labels.shown()] == ["1", "2"]
+    assert scene.nodes["/drive/labels/cut"].points.tolist() == [[[1.0, 0.0, 9.0], [2.0, 0.0, 9.0]]]
+    nodes.remove()
+    assert labels.shown() == []
+    assert all(node.removed for node in scene.nodes.values())

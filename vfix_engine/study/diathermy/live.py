@@ -18,7 +18,7 @@ from .task import DiathermySample, DiathermyState, first_state, stepped
 WAY_MM = 1.0  # between two places of the tip that are kept
 
 
-class TipWay(NamedTuple):
+class CutWay(NamedTuple):
     """The way of the last link's far end so far: (n, 3) LPS mm, and (n,) where the tool was cutting (fig. 10d)."""
 
     places: Array
@@ -37,8 +37,8 @@ class LiveLabels:
     def __init__(self, labels: Sequence[Label], snake: SnakeModel, columns: Sequence[Column]) -> None:
         self._labels, self._snake = tuple(labels), snake
         self._at = {column.name: place for place, column in enumerate(columns[COMMAND_SIZE:])}
-        self._way: list[tuple[float, float, float]] = []
-        self._red: list[bool] = []
+        # one list, as another thread may read it between two steps
+        self._way: list[tuple[float, float, float, bool]] = []
         self.state: DiathermyState = first_state(self._labels)
 
     @property
@@ -47,9 +47,10 @@ class LiveLabels:
         return self.state.done
 
     @property
-    def way(self) -> TipWay:
+    def way(self) -> CutWay:
         """Places at least ``WAY_MM`` apart, and where cutting began or ended."""
-        return TipWay(np.array(self._way).reshape(-1, 3), np.array(self._red, dtype=bool))
+        kept = np.array(self._way.copy(), dtype=np.float64).reshape(-1, 4)
+        return CutWay(kept[:, :3], kept[:, 3] > 0.0)
 
     def read(self, lines: Array) -> DiathermyState:
         """Step with lines (n, w), each a command and a row."""
@@ -70,8 +71,8 @@ class LiveLabels:
 
     def _keep(self, tip: Array, red: bool) -> None:
         x, y, z = (float(value) for value in tip)
-        known = bool(self._way)
-        if known and red == self._red[-1] and float(np.linalg.norm(tip - np.array(self._way[-1]))) < WAY_MM:
-            return
-        self._way.append((x, y, z))
-        self._red.append(red)
+        if self._way:
+            *before, was_red = self._way[-1]
+            if red == was_red and float(np.linalg.norm(tip - np.array(before))) < WAY_MM:
+                return
+        self._way.append((x, y, z, red))
