@@ -27,11 +27,12 @@ class ScoreRowPublic(BaseModel):
 
 
 class TaskScorePublic(BaseModel):
-    """What a run of a task is worth."""
+    """What a run of a task is worth; result: the outcome in words, '' where there are none."""
 
     title: str
     completed: bool
     rows: list[ScoreRowPublic]
+    result: str = ""
 
 
 class LumenScorePublic(BaseModel):

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from app.drives.view import place
 from app.lumen.document import Route
 from app.lumen.marks import PROUD_MM, RouteMark
+from app.lumen.paths import RoutePath
 from app.scene import palette
 from app.scene.lumen import MarkNodes, MarkShape
 from app.tabs.route.sections import MarkView
 from app.workspace.layers import Layer
+from app.workspace.plan_items import position_of
 
+_STOP_MM = 4.0  # radius of the ball where the tip stops
 _COLOURS = {"polyp": palette.POLYP, "label": palette.TARGET}
 
 
@@ -24,3 +28,10 @@ def marks_layer(route: Route, case_id: str | None) -> Layer[Any]:
     """All of them on the wall."""
     shapes = tuple(MarkShape(mark.id, mark.name, mark.at, PROUD_MM, _COLOURS[mark.kind]) for mark in route.marks)
     return Layer("route.marks", shapes, MarkNodes, lambda nodes: nodes.show(shapes), case_id)
+
+
+def stop_layer(path: RoutePath, case_id: str | None) -> Layer[Any]:
+    """Where the robot stops before the end of its way."""
+    words = f"Tip stops, {math.floor(round(path.reach.depth_mm, 1) + 0.5)} mm"  # as the page rounds it
+    shapes = (MarkShape("stop", words, position_of(path.stop), _STOP_MM, palette.BLOCKED),)
+    return Layer("route.stop", shapes, MarkNodes, lambda nodes: nodes.show(shapes), case_id)

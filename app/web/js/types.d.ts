@@ -2034,7 +2034,7 @@ export interface ShortScore {
  *
  * completed: as in `LumenScorePublic`, or that the task of the run was done. depth_mm: the tip's deepest place, null
  * on a fixed base. deviation_mm: the largest of the link nearest to its bound, null in a run whose rows do not have
- * it. beyond_bound_mm: 0 where no link was beyond it.
+ * it. beyond_bound_mm: 0 where no link was beyond it. task: its title, null where the run was of none.
  */
 export interface ShortLumenScore {
   certified: boolean;
@@ -2044,6 +2044,7 @@ export interface ShortLumenScore {
   deviation_mm: number | null;
   beyond_bound_mm: number;
   held_s: number;
+  task: string | null;
 }
 
 export interface RunFilePublic {
@@ -2236,11 +2237,12 @@ export interface DeviationPublic {
   depth_mm: MeanMaxPublic | null;
 }
 
-/** What a run of a task is worth. */
+/** What a run of a task is worth; result: the outcome in words, '' where there are none. */
 export interface TaskScorePublic {
   title: string;
   completed: boolean;
   rows: ScoreRowPublic[];
+  result: string;
 }
 
 /** A figure of a task as it is shown; value null where it is not defined, worse where it is to stand out. */

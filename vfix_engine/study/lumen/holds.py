@@ -19,7 +19,7 @@ _WORDS = {
     "end": "the end of the way",
     "tissue": "no pathway in the moving tissue",
     "insertion": "the insertion goes before the camera",
-    "planning": "what comes next was being planned",
+    "planning": "waiting for the computer",
 }
 
 

@@ -25,11 +25,15 @@ class TaskRow:
 
 @dataclass(frozen=True)
 class TaskScore:
-    """What a run of a task is worth. title: of the task; completed: it was done to its end; rows: in their order."""
+    """What a run of a task is worth.
+
+    title: of the task; completed: it was done to its end; rows: in their order. result: the outcome in words.
+    """
 
     title: str
     completed: bool
     rows: tuple[TaskRow, ...]
+    result: str = ""
 
 
 # Modules with a function `task_score` as the one below: None for a run that is of no such task.

@@ -51,7 +51,9 @@ def task_score(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
     spec: Any = spec_of(run)
     series = polyp_series(run, LumenSight(wall, task, spec.tissue))
     table = table_iii(series)
-    return TaskScore("Polyps", series.progress.completed, tuple(_row(table, shown) for shown in _ROWS))
+    count = len(task.polyps)
+    result = f"{count - table.polyps_missed} of {count} polyps viewed"
+    return TaskScore("Polyps", series.progress.completed, tuple(_row(table, shown) for shown in _ROWS), result)
 
 
 def _row(table: TableIII, shown: _Shown) -> TaskRow:
