@@ -31,12 +31,16 @@ class ScoreRowPublic(BaseModel):
 
 
 class TaskScorePublic(BaseModel):
-    """What a run of a task is worth; lacking: what of it is not known and why, '' for nothing."""
+    """What a run of a task is worth.
+
+    result: the outcome in words, '' where there are none; lacking: what of it is not known and why, '' for nothing.
+    """
 
     title: str
     completed: bool
     rows: list[ScoreRowPublic]
     lacking: str
+    result: str = ""
 
 
 class LumenScorePublic(BaseModel):

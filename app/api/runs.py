@@ -61,7 +61,7 @@ class ShortLumenScore(BaseModel):
 
     completed: as in `LumenScorePublic`. depth_mm: the tip's deepest place, null on a fixed base. deviation_mm: the
     largest of the link nearest to its bound, null in a run whose rows do not have it. beyond_bound_mm: 0 where no link
-    was beyond it.
+    was beyond it. task: its title, null where the run was of none.
     """
 
     certified: bool
@@ -71,13 +71,15 @@ class ShortLumenScore(BaseModel):
     deviation_mm: float | None
     beyond_bound_mm: float
     held_s: float
+    task: str | None
 
     @classmethod
     def of(cls, score: dict[str, Any]) -> ShortLumenScore:
-        nearest = score["nearest_mm"]
+        nearest, task = score["nearest_mm"], score.get("task")
         same = ("certified", "completed", "time_s", "depth_mm", "beyond_bound_mm", "held_s")
         return cls(
             deviation_mm=None if nearest is None else nearest["max"],
+            task=None if task is None else task["title"],
             **{name: score[name] for name in same},
         )
 

@@ -37,7 +37,8 @@ class CreateRoute(Creation, frozen=True):
         places = [mark.position for mark in case.landmarks]
         ends = Route(entry=places[0], end=places[-1]) if len(places) > 1 else Route()
         taken = {title.name for title in context.documents.titles(case_id, include_deleted=True)}
-        return context.documents.create(case_id, self.name or unused_name("Route", taken), ends)
+        name = unused_name("Route", taken | {"Route"})  # numbered from the second one on, whatever the first is called
+        return context.documents.create(case_id, self.name or (name if taken else "Route"), ends)
 
 
 class SetEntry(Edit, frozen=True):

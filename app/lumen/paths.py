@@ -87,6 +87,15 @@ class RoutePath:
         found: Array = wall.deepest_mm[near]
         return found
 
+    @property
+    def stop(self) -> Array:
+        """Where the tip of the robot comes to at most, (3,) LPS mm."""
+        from vfix_engine.snake.conform.conforming import driven_curve  # slow to load
+
+        line = driven_curve(self.lumen.pathway.moved(None), self.lumen.curve)
+        found: Array = np.asarray(line.position(self.reach.depth_mm))
+        return found
+
     def rings(self, every_mm: float = RING_MM) -> list[Array]:
         """Closed rims (m, 3) of contours at rest, LPS mm, about so far apart."""
         contours = self.lumen.pathway.moved(None).contours()

@@ -11,6 +11,7 @@ from vfix_engine.arrays import Array
 
 FIELD_OF_VIEW = np.deg2rad(28.0)  # narrow, so that sizes hardly change with depth
 FILL = 1.12  # size of the view relative to the head
+TOOLS_PX = 44.0  # height of the page's tools over the top of the canvas
 
 # Direction from the head to the camera in LPS. The superior view is slightly tilted, so that up is anterior.
 DIRECTIONS: dict[str, tuple[float, float, float]] = {
@@ -31,11 +32,22 @@ class CameraPose:
     look_at: Array
 
 
-def standard_view(name: str, centre: Array, radius_mm: float) -> CameraPose:
-    """Return the camera pose of a view of a ball of ``radius_mm`` around ``centre``."""
+def fill(width: float, height: float) -> float:
+    """Return the size of the view relative to the head: by the smaller side of a canvas [pixels], below its tools."""
+    if width <= 0.0 or height <= 0.0:
+        return FILL
+    free = max(height - 2.0 * TOOLS_PX, 0.5 * height)
+    return max(FILL, height / free, FILL * height / width)
+
+
+def standard_view(name: str, centre: Array, radius_mm: float, size_px: tuple[float, float] = (0.0, 0.0)) -> CameraPose:
+    """Return the camera pose of a view of a ball of ``radius_mm`` around ``centre``.
+
+    size_px: width and height of the canvas; 0 where they are not known.
+    """
     direction = np.array(DIRECTIONS[name])
     direction /= np.linalg.norm(direction)
-    distance = FILL * radius_mm / np.sin(FIELD_OF_VIEW / 2.0)
+    distance = fill(*size_px) * radius_mm / np.sin(FIELD_OF_VIEW / 2.0)
     return CameraPose(centre + direction * distance, centre)
 
 

@@ -26,9 +26,9 @@ CONTOUR = "contour"  # the item that is dragged
 
 
 class PathwayNodes:
-    """One pathway. The wall is left out where the mesh is None."""
+    """One pathway. Its surface is left out where the mesh is None: crossing the wall it is drawn in patches."""
 
-    def __init__(self, view: SceneView, mesh: TriangleMesh | None) -> None:
+    def __init__(self, view: SceneView, mesh: TriangleMesh | None = None) -> None:
         self._line = Lines(view, "/route/centreline", palette.ACCENT, _LINE_MM)
         self._rings = Lines(view, "/route/contours", palette.ACCENT, _RING_MM)
         self._wall: viser.MeshHandle | None = None

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from app.kit.values import Position
-from app.scene.camera import Lens, standard_view
+from app.scene.camera import CameraPose, Lens, standard_view
 from app.scene.view import SceneView
 from app.workspace.case_view import CaseView
 from app.workspace.sections import CameraSection, LabelView, ProjectAnswer
@@ -15,6 +15,7 @@ from vfix_engine.arrays import Array
 
 NEAR_MARGIN_MM = 12.0  # margin around the positions of a near view
 LEAST_RADIUS_MM = 45.0
+STILL_MM = 1.0  # from its standard view, a camera that nobody has moved
 
 
 class CameraView:
@@ -27,6 +28,9 @@ class CameraView:
         self._pivot: Position | None = None
         self._labels_by_page = False
         self._turned = False  # turned to a view of the head since the scene connected
+        self._view = ""  # the last standard view
+        self._pose: CameraPose | None = None  # of the camera in it
+        self._size = (0, 0)  # [pixels] of the canvas that it was fitted to
         self.places: Callable[[], list[Position]] = list  # positions that a near view has to show
 
     def attach(self, scene: SceneView | None) -> None:
@@ -39,8 +43,12 @@ class CameraView:
             scene.labels.leave_to_page(self._labels_by_page)
 
     def moved(self, lens: Lens) -> None:
-        if self._turned:
-            self._lens = lens
+        if not self._turned:
+            return
+        self._lens = lens
+        away = np.inf if self._pose is None else float(np.linalg.norm(lens.position - self._pose.position))
+        if (lens.width, lens.height) != self._size and away < STILL_MM:  # another layout, and nobody has turned it
+            self.look_from(self._view)
 
     def look_from(self, name: str) -> None:
         """Turn to a standard view: of the whole case, or with 'nose' near, of what the tabs show."""
@@ -54,7 +62,10 @@ class CameraView:
                 centre = (places.min(axis=0) + places.max(axis=0)) / 2.0
                 around = 0.5 * float(np.linalg.norm(np.ptp(places, axis=0))) + NEAR_MARGIN_MM
                 radius = max(LEAST_RADIUS_MM, around)
-        self._scene.look_from(standard_view(name, centre, radius))
+        lens = self._scene.lens
+        self._size = (0, 0) if lens is None else (lens.width, lens.height)
+        self._view, self._pose = name, standard_view(name, centre, radius, self._size)
+        self._scene.look_from(self._pose)
 
     def turn_about(self, position: Array) -> None:
         """Rotate about a position from now on; the picture stays. The browser does so, where it can."""

@@ -1,38 +1,10 @@
 // Numbers that are typed in Drive: one that cannot be taken is said below its field, and sent to nobody.
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
-import { FakeElement, connectionOf, layOutElements } from "./panels.js";
+import { connectionOf, layOutElements, layOutInputs } from "./panels.js";
 
 const { document } = layOutElements();
-/** As much of a field as numbers touch. @type {Map<string, FakeInput>} by id */
-const inputs = new Map();
-class FakeInput extends FakeElement {
-  after_ = null;
-  data = {};
-
-  get dataset() { return this.data; }
-
-  set id(id) { inputs.set(id, this); this.name = id; }
-
-  get id() { return this.name; }
-
-  getAttribute(name) { return this.attributes.get(name) ?? null; }
-
-  removeAttribute(name) { this.attributes.delete(name); }
-
-  after(problem) { this.after_ = problem; problem.remove = () => { this.after_ = null; }; }
-
-  get said() { return this.after_?.textContent ?? ""; }
-
-  typed(text) {
-    this.value = text;
-    this.dispatchEvent(new Event("change"));
-  }
-
-  press(key) { this.dispatchEvent(Object.assign(new Event("keydown"), { key })); }
-}
-const { createElement } = document;
-document.createElement = (tag) => (tag === "input" ? new FakeInput(tag) : createElement(tag));
+const inputs = layOutInputs(document);
 const { controlGroup } = await import("../../app/tabs/drive/control.js");
 const { taskGroup } = await import("../../app/tabs/drive/task.js");
 const { tissueGroup } = await import("../../app/tabs/drive/tissue.js");
@@ -47,7 +19,7 @@ const drawn = (/** @type {any} */ { options = OPTIONS, task = TASK, route = ROUT
   taskGroup(connection, task);
   tissueGroup(connection, route);
 };
-const field = (/** @type {string} */ id) => /** @type {FakeInput} */ (inputs.get(id));
+const field = (/** @type {string} */ id) => /** @type {any} */ (inputs.get(id));
 
 beforeEach(() => drawn());
 

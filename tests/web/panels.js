@@ -71,3 +71,35 @@ export function layOutElements() {
   Object.assign(globalThis, { HTMLElement: FakeElement, ResizeObserver: class { observe() {} disconnect() {} }, getComputedStyle: () => ({ getPropertyValue: () => "" }) });
   return page;
 }
+
+/** Lets a document make fields that numbers are typed in; returns them by id. */
+export function layOutInputs(document) {
+  const inputs = new Map(), { createElement } = document;
+  class FakeInput extends FakeElement {
+    after_ = null;
+    data = {};
+
+    get dataset() { return this.data; }
+
+    set id(id) { inputs.set(id, this); this.name = id; }
+
+    get id() { return this.name; }
+
+    getAttribute(name) { return this.attributes.get(name) ?? null; }
+
+    removeAttribute(name) { this.attributes.delete(name); }
+
+    after(problem) { this.after_ = problem; problem.remove = () => { this.after_ = null; }; }
+
+    get said() { return this.after_?.textContent ?? ""; }
+
+    typed(text) {
+      this.value = text;
+      this.dispatchEvent(new Event("change"));
+    }
+
+    press(key) { this.dispatchEvent(Object.assign(new Event("keydown"), { key })); }
+  }
+  document.createElement = (tag) => (tag === "input" ? new FakeInput(tag) : createElement(tag));
+  return inputs;
+}

@@ -11,6 +11,8 @@ const { heldWords, lumenContents } = await import("../../app/tabs/review/lumen-p
 const { lumenFigures } = await import("../../app/tabs/review/lumen-figures.js");
 const { CompareTable } = await import("../../app/tabs/review/compare.js");
 const { drivenOf, viewOf, withScore } = await import("../../app/web/js/run-views.js");
+const { endName } = await import("../../app/web/js/lumen-score.js");
+const { holdLines, holdList } = await import("../../app/web/js/run-score.js");
 const { drivenAs } = await import("../../app/web/js/runs.js");
 
 /** Two links of 10 mm that turn from straight ahead to the side. @type {any} */
@@ -57,11 +59,39 @@ test("depth, the link at its bound, bend, force and insertion are plotted, and w
 test("a score is said in rows, the task's last; what is beyond a bound stands out", () => {
   const facts = Object.fromEntries(viewOf(SCORE).facts(SCORE).map(({ name, value, worse }) => [name, worse ? `${value}!` : value]));
   assert.deepEqual(facts, {
-    Time: "1:01 min", Depth: "412 mm", "Share of the lumen": "50 %", "Time in": "40.0 s", Withdrawal: "not drawn out", Deviations: "3, 2.5 s", "Deviation, largest": "6.3 mm",
+    Time: "1:01 min", Depth: "412 mm", "Share of the route": "50 %", "Time in": "40.0 s", Withdrawal: "not drawn out", Deviations: "3, 2.5 s", "Deviation, largest": "6.3 mm",
     "Nearest to a bound": "7.0 mm", "Beyond bound": "1.3 mm!", "Path of the tip": "500 mm", "Hand force, mean": "0.25 N", "Hand force, largest": "3.0 N", Held: "1.0 s",
     "Polyps cleared": "7 of 10!",
   });
   assert.equal(viewOf(SCORE).facts({ ...SCORE, beyond_bound_mm: 0, task: null }).find(({ name }) => name === "Beyond bound")?.value, "0 mm");
+});
+
+test("the result comes first, and at most six figures are not folded", () => {
+  const result = (/** @type {any} */ changed, end = "") => viewOf(SCORE).result({ ...SCORE, ...changed }, end);
+  const task = { ...SCORE.task, result: "8 of 10 polyps viewed" };
+  assert.equal(result({ task }), "8 of 10 polyps viewed · end not reached");
+  assert.equal(result({ task: null }), "Came 412 of 824 mm");
+  assert.equal(result({ task: null, completed: true }, "Splenic flexure"), "Reached the splenic flexure, 412 mm");
+  assert.equal(result({ task, completed: true }), "8 of 10 polyps viewed · reached the end, 412 mm");
+  const rows = ["Distance error", "Angle error", "Polyps missed"].map((name) => ({ name, value: 1, unit: "", digits: 0, worse: false }));
+  for (const score of [{ ...SCORE, task: null }, { ...SCORE, task: { ...task, rows } }]) assert.equal(viewOf(score).facts(score).filter(({ folded }) => !folded).length, 6);
+});
+
+test("the end has the name of its landmark while the route is as it was driven", () => {
+  const state = /** @type {any} */ ({ route: { id: "r", end: [1, 2, 3] }, route_path: { length_mm: 824.3 }, case: { landmarks: [{ name: "Anus", position: [0, 0, 0] }, { name: "Caecum", position: [1, 2, 3] }] } });
+  assert.equal(endName(state, "r", SCORE), "Caecum");
+  assert.equal(endName(state, "another", SCORE), "");
+  assert.equal(endName({ ...state, route_path: { length_mm: 445 } }, "r", SCORE), "", "it was changed since");
+});
+
+test("holds by the computer are one line with their number and total", () => {
+  const hold = (/** @type {string} */ kind, /** @type {string} */ reason, /** @type {number} */ duration_s, t_s = 0) => /** @type {any} */ ({ kind, reason, duration_s, t_s });
+  const lines = holdLines([hold("planning", "waiting for the computer", 7, 3), hold("bound", "link 2 at its bound", 4), hold("planning", "what comes next was being planned", 5)]);
+  assert.deepEqual(lines.map(({ words, length_s: length, hold: { t_s: at } }) => [words, length, at]), [["Waiting for the computer, 2 times", 12, 3], ["Link 2 at its bound", 4, 0]]);
+  const many = [...Array(14).keys()].map((index) => hold("bound", `link ${index} at its bound`, 1));
+  assert.match(String(holdList(many, () => {})), /9 more in Review/);
+  assert.doesNotMatch(String(holdList(many, () => {}, null)), /in Review/, "there all are shown");
+  assert.match(String(holdList(many, () => {}, null)), /Link 13 at its bound/);
 });
 
 test("runs are compared by the same rows, and by those of a task that any of them has", () => {
@@ -96,7 +126,7 @@ test("a run is said by its arm, and a list has its short score", () => {
   assert.equal(drivenOf({ world: "freehand" }), "tool");
   assert.deepEqual([drivenAs({ mode: null, arm: "guided" }), drivenAs({ mode: "hands-on", arm: null }), drivenAs({})], ["guided", "hands-on", null]);
   const run = withScore({ world: "snake", score: null }, SCORE);
-  assert.deepEqual(run.score, { certified: false, completed: false, time_s: 61, depth_mm: 412.4, deviation_mm: 7, beyond_bound_mm: 1.26, held_s: 1 });
+  assert.deepEqual(run.score, { certified: false, completed: false, time_s: 61, depth_mm: 412.4, deviation_mm: 7, beyond_bound_mm: 1.26, held_s: 1, task: "Ten polyps" });
   assert.equal(withScore({ world: "snake", score: null }, { ...SCORE, task: null, completed: true }).score?.completed, true);
   assert.equal(viewOf(run).short(run.score), "412 mm, deviation 7.0 mm");
   assert.equal(viewOf(run).brief(run.score), "1:01 min, 412 mm");
@@ -108,5 +138,5 @@ test("a run from a fixed base, where nothing is inserted, says nothing of depth"
   assert.deepEqual(names.slice(0, 2), ["Time", "Deviations"]);
   const short = withScore(/** @type {any} */ ({ world: "snake", score: null }), still).score;
   assert.deepEqual([viewOf(still).short(short), viewOf(still).brief(short)], ["deviation 7.0 mm", "1:01 min"]);
-  assert.equal(lumenFigures([still]).find(({ name }) => name === "Share of the lumen")?.of(still), null);
+  assert.equal(lumenFigures([still]).find(({ name }) => name === "Share of the route")?.of(still), null);
 });

@@ -1,8 +1,9 @@
 // Patient: the open head, and in parts that fold: other heads, import, structures, how they are made, second volumes.
-import { h } from "/static/js/dom.js";
+import { byId, h } from "/static/js/dom.js";
 import { count } from "/static/js/format.js";
 import { JobList } from "/static/js/job-list.js";
 import { FoldedParts } from "/static/js/step-list.js";
+import { keepStill } from "/static/js/still-list.js";
 import { chosen } from "./files-in.js";
 import { HeadFacts } from "./head-facts.js";
 import { HeadsList } from "./heads-list.js";
@@ -46,6 +47,7 @@ export default class PatientPanel {
     this.parts = new FoldedParts({ label: "Parts of Patient", steps, kept: "patient", open: OPEN_AT_FIRST });
     this.element = h("div", { class: "drop" }, this.facts.element, this.parts.element);
     this.import.acceptDrops(this.element);
+    keepStill(this.heads.element, [byId("first-task"), this.facts.element], () => byId("panel"));
   }
 
   /** @param {ViewModel} state */

@@ -8,7 +8,7 @@ import { LearningCurve } from "/static/js/learning-curve.js";
 import { takeRunRequest } from "/static/js/open-run.js";
 import { feltHolds, holdList, learningPart, modeLine, scoreFacts } from "/static/js/run-score.js";
 import { drivenAs, isUncertified, lastOf, markTeacher, modeWord, runName, runsOf, saveReport, scoreOf, seriesOfRun } from "/static/js/runs.js";
-import { viewOf, withScore } from "/static/js/run-views.js";
+import { resultLine, viewOf, withScore } from "/static/js/run-views.js";
 import { remove } from "/static/js/rest.js";
 import { draw, html, live, nothing, titled } from "/static/js/template.js";
 import { RunComments } from "./comments.js";
@@ -22,7 +22,6 @@ import { RunsList } from "./runs-list.js";
 /** @import { AnyScore, AnySeries } from "/static/js/runs.js" */
 /** @import { RunTitle, ViewModel } from "/static/js/types.js" */
 
-const MOST_HOLDS = 12;
 const MOST_BESIDE = 4;
 
 export default class ReviewPanel {
@@ -260,8 +259,9 @@ export default class ReviewPanel {
     return html`${titled(`Run of ${runName(run)}`, null, html`
       ${modeLine(how, !score.certified)}
       ${unplayed ? html`<p class="words caution" role="status">No replay: ${unplayed}</p>` : nothing}
+      ${resultLine(view, this.connection.state, run, score)}
       ${scoreFacts(view.facts(score))}
-      ${holds.length ? html`<h3>${score.certified ? "Held" : "Contacts"}</h3>${holdList(holds, ({ t_s: at }) => this.goTo(at), MOST_HOLDS)}` : nothing}
+      ${holds.length ? html`<h3>${score.certified ? "Held" : "Contacts"}</h3>${holdList(holds, ({ t_s: at }) => this.goTo(at), null)}` : nothing}
       ${view.learning ? learningPart(last, teacher, this.curve) : nothing}
       ${run.plan_id === null || !view.learning ? nothing : html`<label class="check" title="Learning curves of this plan show its level"><input type="checkbox" id="teacher-run" .checked=${live(run.teacher)}
         @change=${() => this.mark(run, !run.teacher)}>The teacher’s run</label>`}

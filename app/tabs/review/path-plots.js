@@ -1,10 +1,10 @@
 // A run beside its path: the tip in the path's plane, a close-up at the time that is shown, and its errors across the path.
 import { h } from "/static/js/dom.js";
 import { fixed, signed } from "/static/js/format.js";
-import { plotInto, plotOptions, themed } from "/static/js/plot-line.js";
+import { plotInto, plotKey, plotOptions, themed } from "/static/js/plot-line.js";
 import { sampleAt } from "./curves.js";
 import { aboutAll, aboutNone, closeUp, cloudOf, digitsOf, nearestPlace, shaped } from "./path-places.js";
-import { RunPlots, keyOf } from "./plots.js";
+import { RunPlots } from "./plots.js";
 import { GHOST, keyOfRun } from "./run-lines.js";
 
 /** @import { Line } from "/static/js/plot-line.js" */
@@ -62,7 +62,7 @@ class PlanePlot {
     this.dot = h("div", { class: "plot-dot", hidden: true });
     this.area = h("div", { class: "plot-area" });
     this.element = h("figure", { class: "plot", "aria-label": `${content.title}; ${content.across}` },
-      h("figcaption", { title: content.across }, h("span", {}, content.title), h("span", { class: "plot-keys" }, content.lines.map((line) => keyOf(line))), this.now), this.area);
+      h("figcaption", { title: content.across }, h("span", {}, content.title), h("span", { class: "plot-keys" }, content.lines.map((line) => plotKey(line))), this.now), this.area);
     /** @type {ReturnType<typeof plotInto> | null} */
     this.plot = null;
     this.shown = ""; // the window, as it was drawn last

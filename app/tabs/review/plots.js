@@ -3,7 +3,7 @@ import { h } from "/static/js/dom.js";
 import { fixed } from "/static/js/format.js";
 import { millimetres } from "/static/js/runs.js";
 import { drivenOf } from "/static/js/run-views.js";
-import { digitsOf, plotInto, plotOptions } from "/static/js/plot-line.js";
+import { digitsOf, plotInto, plotKey, plotOptions } from "/static/js/plot-line.js";
 import { THEMED } from "/static/js/theme.js";
 import { lumenContents } from "./lumen-plots.js";
 import { bothRuns } from "./run-lines.js";
@@ -45,13 +45,6 @@ export function contentsOf(main, ghost) {
       now: (at) => { const fastest = Math.max(...moving.map(({ values }) => Math.abs(values[at]))); return main.joints.length ? `up to ${fixed(fastest, 1)}` : value(fastest, 1, "mm/s"); },
     },
   ];
-}
-
-/** The name of a line with its colour. @param {Line} line */
-export function keyOf({ name, colour, dash, caution }) {
-  const swatch = h("i", { class: dash ? "dashed" : "" });
-  swatch.style.borderTopColor = `var(${colour})`;
-  return h("span", { class: caution ? "uncertified" : "", title: [name, caution].filter(Boolean).join(", ") }, swatch, name);
 }
 
 /** @typedef {{ element: HTMLElement, plot: ReturnType<typeof plotInto> | null, mark: (series: AnySeries) => void, remove: () => void }} RunPlot */
@@ -108,7 +101,7 @@ class Plot {
     this.now = h("span", { class: "number" });
     this.line = h("div", { class: "plot-now" });
     this.area = h("div", { class: "plot-area" });
-    this.element = h("figure", { class: "plot", "aria-label": content.title }, h("figcaption", {}, h("span", {}, content.title), h("span", { class: content.lines.length > 2 ? "plot-keys" : "plot-keys two" }, content.lines.length > 1 ? content.lines.map((line) => keyOf(line)) : []), this.now), this.area);
+    this.element = h("figure", { class: "plot", "aria-label": content.title }, h("figcaption", {}, h("span", {}, content.title), h("span", { class: content.lines.length > 2 ? "plot-keys" : "plot-keys two" }, content.lines.length > 1 ? content.lines.map((line) => plotKey(line)) : []), this.now), this.area);
     /** @type {ReturnType<typeof plotInto> | null} */
     this.plot = null;
     this.watch = new ResizeObserver(() => this.fit());

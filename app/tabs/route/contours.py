@@ -21,6 +21,7 @@ from vfix_engine.arrays import Array
 from vfix_engine.errors import VfixError
 from vfix_engine.pathway.hand_contours import EditedPathway
 
+SAME_MM = 1.0  # between centres of one contour in two pathways
 SEEN_MM = 1.0  # behind the wall: less is within what the wall is known to
 
 
@@ -35,6 +36,7 @@ class ContourHand:
         self._key: object = None
         self._chosen_mm: float | None = None
         self._dragged: Array | None = None
+        self._held: tuple[Array, int, Array] | None = None  # knots, number and centre of what is chosen
 
     def read(self, document: StoredRoute | None, path: RoutePath | None) -> None:
         """Take the open route and its pathway, where that is computed."""
@@ -44,7 +46,6 @@ class ContourHand:
             return
         if document is None or self._document is None or self._document.id != document.id:
             self.choose(None)
-        before = None if self.chosen is None or self._edited is None else (self.chosen, len(self._edited.of_hand))
         self._document, self._key = document, key
         try:
             self._edited = (
@@ -52,8 +53,26 @@ class ContourHand:
             )
         except VfixError:
             self._edited = None  # the pathway's state says why
-        if before is not None and self._edited is not None and len(self._edited.of_hand) == before[1]:
-            self._chosen_mm = float(self._edited.pathway.at_s[before[0]])  # a move shifts what comes after it
+        self._follow()
+
+    def _follow(self) -> None:
+        """Keep the chosen contour chosen where the pathway is another one; none is where that one is gone."""
+        edited = self._edited
+        if edited is not None and self._held is not None:
+            knots, number, centre = self._held
+            away = np.linalg.norm(edited.pathway.centre - centre, axis=1)
+            near = int(away.argmin())
+            if np.array_equal(knots, edited.fit_knots):  # the same contours: a move shifts what comes after it
+                near, away[number] = number, 0.0
+            self._chosen_mm = float(edited.pathway.at_s[near]) if away[near] < SAME_MM else None
+        self._hold()
+
+    def _hold(self) -> None:
+        number, edited = self.chosen, self._edited
+        if number is not None and edited is not None:
+            self._held = edited.fit_knots, number, edited.pathway.centre[number].copy()
+        elif self._chosen_mm is None:
+            self._held = None
 
     # -- what is chosen
 
@@ -66,7 +85,8 @@ class ContourHand:
 
     def choose(self, at_mm: float | None) -> None:
         """Choose the contour nearest to a place along the pathway; None: none of them."""
-        self._chosen_mm, self._dragged = at_mm, None
+        self._chosen_mm, self._dragged, self._held = at_mm, None, None
+        self._hold()
 
     def choose_near(self, place: Array) -> bool:
         """While one is chosen, choose the one whose centre is nearest to a place; False where none is."""
@@ -151,7 +171,7 @@ def _words(items: list[ContourView], left_out: int) -> str:
     deep = [item["behind_mm"] or 0.0 for item in items if item["by_hand"]]
     beyond = [depth for depth in deep if depth > SEEN_MM]
     if beyond:
-        count = f"{len(beyond)} by hand leave" if len(beyond) > 1 else "One by hand leaves"
+        count = f"{len(beyond)} contours cross" if len(beyond) > 1 else "One contour crosses"
         said.append(f"{count} the wall, by up to {max(beyond):.1f} mm.")
     if any(item["by_hand"] and item["cut_mm"] for item in items):
         said.append("Some are reduced, so that neighbours do not cross.")

@@ -1,11 +1,13 @@
 // Route: the routes of a lumen, entry and end of the open one, the robot, and how wide its pathway is along the way.
 import { askName, noteDone } from "/static/js/dialogs.js";
-import { isUndoKey, numberOf } from "/static/js/fields.js";
+import { isUndoKey } from "/static/js/fields.js";
 import { h } from "/static/js/dom.js";
 import { fixed, when } from "/static/js/format.js";
+import { NumberFields } from "/static/js/number-fields.js";
+import { placeWords } from "/static/js/slices/place-words.js";
 import { rovingRows } from "/static/js/roving.js";
 import { FoldedParts } from "/static/js/step-list.js";
-import { draw, html, iconTool, live, nameRow, nothing, repeat, said, titled, unlessFocused } from "/static/js/template.js";
+import { draw, html, iconTool, live, more, nameRow, repeat, said, titled } from "/static/js/template.js";
 import { ContourPart } from "./contours.js";
 import { MarksPart } from "./marks.js";
 import { RadiiPlot } from "./radii-plot.js";
@@ -19,8 +21,10 @@ import { WallViews } from "./wall-views.js";
 const ENDS = [["entry", "Entry"], ["end", "End"]];
 const BOUND_HELP = "Empty: half the lumen’s radius, 8 mm at most.";
 const LINKS_HELP = "Empty: as many as the way needs.";
-/** @type {(keyof Pick<RouteSection, "links" | "length_mm" | "radius_mm">)[]} */
-const ROBOT = ["links", "length_mm", "radius_mm"];
+const DEVIATION_HELP = "How far a link may lie outside the pathway: its largest deviation.";
+/** What the planner takes of a robot. @type {["links" | "length_mm" | "radius_mm", string, number, number][]} */
+const ROBOT = [["links", "Links", 1, 120], ["length_mm", "Link, mm", 1, 100], ["radius_mm", "Radius, mm", 0.5, 30]];
+const BOUND_MM = /** @type {const} */ ([0.1, 50]);
 
 export default class RoutePanel {
   /** @param {Parts} parts */
@@ -39,6 +43,7 @@ export default class RoutePanel {
     this.parts = new RouteParts(this.contours, this.marks);
     this.element = h("div", {}, this.list, this.ends, this.robot, this.path, this.views.element, this.plot.element, this.parts.element);
     this.roving = rovingRows(this.list);
+    this.numbers = new NumberFields();
     keys.shortcuts.push((event) => this.key(event));
   }
 
@@ -113,7 +118,7 @@ export default class RoutePanel {
       const mark = landmarks[Number(/** @type {HTMLSelectElement} */ (currentTarget).value)];
       if (mark) this.connection.send(`route.${end}`, { at: mark.position });
     };
-    const place = at ? `${at.map((value) => fixed(value, 0)).join(", ")} mm` : "Not chosen";
+    const place = at ? placeWords(at, 0) : "Not chosen";
     return html`<div class="field"><span class="field-label">${label} <span class="number">${place}</span></span>
       <div class="buttons even">
         <select id=${`route-${end}`} aria-label=${`${label} at a landmark`} data-operation="route.entry route.end" ?hidden=${!landmarks.length} ?disabled=${route.locked} @change=${choose}>
@@ -127,21 +132,18 @@ export default class RoutePanel {
 
   /** @param {RouteSection} route */
   robotOf(route) {
-    /**
-     * @param {string} id
-     * @param {string} label
-     * @param {number | null} value
-     * @param {string} operation
-     * @param {string} empty
-     */
-    const number = (id, label, value, operation, empty = "") => html`<label class="field"><span class="field-label">${label}</span>
-      <input type="text" inputmode="decimal" id=${`route-${id}`} data-operation="route.robot route.bound" placeholder=${empty || nothing} title=${empty ? (id === "bound" ? BOUND_HELP : LINKS_HELP) : nothing} ?disabled=${route.locked}
-        .value=${unlessFocused(value === null ? "" : String(value))} @change=${operation === "route.robot" ? this.robotChanged : this.boundChanged}></label>`;
+    const { links, length_mm, radius_mm, bound_mm, locked: off } = route, robot = { links, length_mm, radius_mm };
+    const change = (/** @type {Partial<typeof robot>} */ changed) => this.connection.send("route.robot", { ...robot, ...changed });
+    const bound = (/** @type {number | null} */ value) => this.connection.send("route.bound", { bound_mm: value });
+    const auto = (/** @type {string} */ title) => ({ placeholder: "auto", title });
+    const number = (/** @type {string} */ label, /** @type {HTMLInputElement} */ input, /** @type {unknown} */ help = "") => html`<div class="field"><span class="field-label"><label for=${input.id}>${label}</label>${help ? html` ${more(help)}` : ""}</span>${input}</div>`;
     return titled("Robot", null, html`<div class="fields three">
-      ${number("links", "Links", route.links, "route.robot", "auto")}
-      ${number("length_mm", "Link, mm", route.length_mm, "route.robot")}
-      ${number("radius_mm", "Radius, mm", route.radius_mm, "route.robot")}
-      ${number("bound", "Bound, mm", route.bound_mm, "route.bound", "auto")}</div>
+      ${ROBOT.map(([name, label, low, high]) => number(label, this.numbers.of(`route-${name}`, {
+    low, high, value: route[name], off, changed: (value) => change({ [name]: name === "links" ? Math.round(value) : value }),
+    ...(name === "links" ? { emptied: () => change({ links: null }) } : {}),
+  }, { "data-operation": "route.robot", ...(name === "links" ? auto(LINKS_HELP) : {}) })))}
+      ${number("Bound, mm", this.numbers.of("route-bound", { low: BOUND_MM[0], high: BOUND_MM[1], value: bound_mm, off, changed: bound, emptied: () => bound(null) },
+    { "data-operation": "route.bound", ...auto(BOUND_HELP) }), DEVIATION_HELP)}</div>
       <label class="check"><input type="checkbox" id="route-breathing" data-operation="route.breathing" ?disabled=${route.locked} .checked=${live(route.breathing_mm > 0)}
         @change=${this.breathes}>Breathing, 8 mm</label>`);
   }
@@ -156,22 +158,20 @@ export default class RoutePanel {
       <button type="button" @click=${() => take(offer)}>Take</button></li>`)}</ul>`;
   }
 
-  robotChanged = () => {
-    const [links, length_mm, radius_mm] = ROBOT.map((name) => typed(`route-${name}`));
-    this.connection.send("route.robot", { links, length_mm: length_mm ?? NaN, radius_mm: radius_mm ?? NaN });
-  };
-
-  boundChanged = () => this.connection.send("route.bound", { bound_mm: typed("route-bound") });
-
   breathes = (/** @type {Event} */ { currentTarget }) => this.connection.send("route.breathing", { breathing_mm: /** @type {HTMLInputElement} */ (currentTarget).checked ? 8 : 0 });
 
   /**
-   * Undo and redo while this tab is shown.
+   * Undo and redo while this tab is shown; Escape ends the choice of a place.
    * @param {KeyboardEvent} event
    */
   key(event) {
     const { step, route } = this.connection.state;
-    if (step?.name !== "route" || !route || !isUndoKey(event)) return false;
+    if (step?.name !== "route" || !route) return false;
+    if (event.key === "Escape" && route.picking) {
+      this.connection.send("route.pick", { what: "" });
+      return true;
+    }
+    if (!isUndoKey(event)) return false;
     this.connection.send(event.shiftKey || event.code === "KeyY" ? "route.redo" : "route.undo");
     return true;
   }
@@ -199,15 +199,6 @@ class RouteParts extends FoldedParts {
   }
 }
 
-/**
- * The number in a field; null where it is empty.
- * @param {string} id
- */
-function typed(id) {
-  const { value } = /** @type {HTMLInputElement} */ (document.getElementById(id));
-  return value.trim() === "" ? null : numberOf(value);
-}
-
 /** @param {RoutePathSection} path */
 function pathWords(path) {
   if (path.state === "none") return html`<p class="words">Choose entry and end.</p>`;
@@ -216,10 +207,11 @@ function pathWords(path) {
   const facts = [
     ["Length", `${fixed(path.length_mm, 0)} mm`],
     ["Links", String(path.links)],
-    ["Narrowest", `${fixed(path.least_mm, 1)} mm at ${fixed(path.least_at_mm, 0)} mm`],
+    ["Narrowest radius", `${fixed(path.least_mm, 1)} mm at ${fixed(path.least_at_mm, 0)} mm`],
     ["Tip reaches", `${fixed(path.reach_mm, 0)} mm`],
-    ...(path.behind_share === null ? [] : [["Behind wall", `${fixed(100 * path.behind_share, 0)} % of it, up to ${fixed(path.behind_mm, 1)} mm`]]),
   ];
   return html`<dl class="facts" id="route-facts">${facts.map(([term, value]) => html`<dt>${term}</dt><dd>${value}</dd>`)}</dl>
+    ${path.behind_share === null ? "" : html`<p class="words" id="behind-words">Outside the lumen: ${fixed(100 * path.behind_share, 0)} % of the pathway, up to ${fixed(path.behind_mm, 1)} mm</p>`}
+    <p class="plot-keys scene-keys"><span><i></i>Pathway in 3D</span>${path.limit === "end" ? "" : html`<span><i data-key="stop"></i>Tip stops</span>`}</p>
     <p class=${["narrow", "bound", "shape"].includes(path.limit) ? "words caution" : "words"} id="reach-words">${said(path.reach_words)}</p>`;
 }

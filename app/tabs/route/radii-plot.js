@@ -1,7 +1,7 @@
 // How wide the way is: the pathway's radius and the distance from the centreline to the wall, along the route.
 import { h, whenChanged } from "/static/js/dom.js";
 import { fixed } from "/static/js/format.js";
-import { plotInto, plotOptions, themed } from "/static/js/plot-line.js";
+import { plotInto, plotKey, plotOptions, themed } from "/static/js/plot-line.js";
 
 /** @import { Line } from "/static/js/plot-line.js" */
 /** @import { ContourList, RoutePathSection } from "/static/js/types.js" */
@@ -17,7 +17,9 @@ export class RadiiPlot {
   constructor(picked) {
     this.picked = picked;
     this.area = h("div", { class: "plot-area" });
-    this.element = h("figure", { class: "plot route-radii", hidden: true, "aria-label": "Radius along the route" }, h("figcaption", {}, h("span", {}, "Radius along the route")), this.area);
+    this.now = h("span", { class: "number" }, radiiWords({ s_mm: [], radius_mm: [], wall_mm: [] }, null));
+    this.element = h("figure", { class: "plot route-radii", hidden: true, "aria-label": "Radius along the route" },
+      h("figcaption", {}, h("span", {}, "Radius along the route")), h("p", { class: "plot-keys" }, LINES.map((line) => plotKey(line))), h("p", { class: "words quiet" }, this.now), this.area);
     /** @type {ReturnType<typeof plotInto> | null} */
     this.plot = null;
     /** @type {RoutePathSection | undefined} */
@@ -53,12 +55,21 @@ export class RadiiPlot {
   }
 
   /**
+   * The values under the pointer.
+   * @param {RoutePathSection} path
+   * @param {number | null | undefined} index of a sample; none: the pointer is elsewhere
+   */
+  tell(path, index) {
+    this.now.textContent = radiiWords(path, index);
+  }
+
+  /**
    * @param {number} width
    * @param {RoutePathSection} path
    */
   made(width, path) {
     const options = plotOptions({ width, height: HEIGHT_PX, lines: LINES, unit: "mm", digits: 0, x: (value) => `${fixed(value, 0)} mm` });
-    const plot = plotInto({ ...options, hooks: { draw: [(drawn) => this.drawContours(drawn)] } }, [path.s_mm, path.radius_mm, path.wall_mm], this.area);
+    const plot = plotInto({ ...options, hooks: { draw: [(drawn) => this.drawContours(drawn)], setCursor: [({ cursor }) => this.tell(path, cursor.idx)] } }, [path.s_mm, path.radius_mm, path.wall_mm], this.area);
     plot.over.addEventListener("click", () => this.picked(plot.posToVal(plot.cursor.left ?? 0, "x")));
     return plot;
   }
@@ -85,4 +96,14 @@ export class RadiiPlot {
       ctx.fill();
     }
   }
+}
+
+/**
+ * Where along the route, its radius there, and the distance to the wall.
+ * @param {Pick<RoutePathSection, "s_mm" | "radius_mm" | "wall_mm">} path
+ * @param {number | null | undefined} index
+ */
+export function radiiWords({ s_mm: s, radius_mm: radius, wall_mm: wall }, index) {
+  if (index === null || index === undefined || s[index] === undefined) return "Point at the plot for values.";
+  return `At ${fixed(s[index], 0)} mm: ${fixed(radius[index], 1)} mm, wall ${fixed(wall[index], 1)} mm`;
 }

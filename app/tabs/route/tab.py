@@ -26,7 +26,7 @@ from app.tabs.base import Tab
 from app.tabs.route import SPEC
 from app.tabs.route import commands as c
 from app.tabs.route.contours import ContourHand
-from app.tabs.route.marks import marks_layer
+from app.tabs.route.marks import marks_layer, stop_layer
 from app.tabs.route.sections import RouteList
 from app.tabs.route.view import path_section, route_section
 from app.tabs.route.views import ViewHand
@@ -177,6 +177,9 @@ class RouteTab(Tab):
     def clicked(self, ray: ClickRay) -> None:
         """What is to be chosen; else another contour where one is edited, else the view turns about the place."""
         hit = self.workspace.case.hit(ray)
+        if hit is None and self._picking:
+            self.workspace.note("No wall there.")
+            return
         if hit is None or not self._picking:
             if hit is None or not self._contours.choose_near(hit.position):
                 super().clicked(ray)
@@ -247,9 +250,9 @@ class RouteTab(Tab):
         layers += [*self._contours.layers(), *self._seen.layers()]
         if (path := self._path) is not None:
             show = partial(PathwayNodes.show, centreline=path.lumen.centreline.curve.points, rings=path.rings())
-            layers.append(
-                Layer("route.path", Same(path), lambda view: PathwayNodes(view, path.surface), show, Same(path))
-            )
+            if path.reach.limit != "end":
+                layers.append(stop_layer(path, case_id))
+            layers.append(Layer("route.path", Same(path), PathwayNodes, show, Same(path)))
         return layers
 
     def hint(self) -> str:

@@ -7,7 +7,7 @@ import { LearningCurve } from "./learning-curve.js";
 import { openRun } from "./open-run.js";
 import { feltHolds, holdList, learningPart, modeLine, scoreFacts } from "./run-score.js";
 import { jobNow } from "./rest.js";
-import { viewOf } from "./run-views.js";
+import { resultLine, viewOf } from "./run-views.js";
 import { UNCERTIFIED, drivenAs, isUncertified, lastOf, modeWord, otherModes, runsOf, saveReport, scoreOf, teacherOf } from "./runs.js";
 import { draw, html, nothing, titled } from "./template.js";
 
@@ -180,6 +180,7 @@ export class EndCard {
     return html`${titled(title, null, html`
       ${modeLine(how, isUncertified(run))}
       ${this.criteria(run.id)}
+      ${resultLine(view, this.connection.state, run, score)}
       ${scoreFacts(view.facts(score))}
       ${holdList(feltHolds(score), ({ t_s: at }) => openRun(this.connection, { run: run.id, at }))}
       ${view.learning ? learningPart(last, teacher, this.curve) : nothing}

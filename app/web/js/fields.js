@@ -129,6 +129,37 @@ export function numberInput(id, low, high, step, changed, emptied) {
 }
 
 /**
+ * A text that is taken where it can be; why one cannot is said below it, and what is held stays in force.
+ * @param {string} id
+ * @param {(text: string) => string} why it cannot be taken; '' where it can
+ * @param {(text: string) => void} changed
+ */
+export function textInput(id, why, changed) {
+  /** @type {HTMLInputElement} */
+  const input = h("input", { type: "text", autocomplete: "off", id, onchange: () => {
+    const wrong = why(input.value);
+    complain(input, wrong && `${wrong}${heldWords(input.dataset.known)}`);
+    if (!wrong) changed(input.value);
+  } });
+  watchTyping(input);
+  escapePutsBack(input);
+  return input;
+}
+
+/**
+ * Show a text that the planner holds, but for what is being typed and what cannot be taken.
+ * @param {HTMLInputElement} input
+ * @param {string} text
+ */
+export function showText(input, text) {
+  const same = input.dataset.known === text;
+  input.dataset.known = text;
+  if (isTyped(input) || (same && isWrong(input))) return;
+  complain(input, "");
+  if (input.value !== text) input.value = text;
+}
+
+/**
  * A number that only the page holds, until a button uses it.
  * @param {string} id
  * @param {number} low

@@ -1,11 +1,38 @@
 // The score of a run of a snake robot in a lumen, as rows.
-import { fixed } from "./format.js";
+import { fixed, sentence } from "./format.js";
 import { duration } from "./runs.js";
 
 /** @import { Fact } from "./run-score.js" */
-/** @import { LumenScorePublic } from "./types.js" */
+/** @import { LumenScorePublic, ViewModel } from "./types.js" */
 
 const PERCENT = 100;
+const DECIDE = ["Time", "Depth", "Share of the route", "Deviation, largest", "Beyond bound", "Hand force, largest"];
+const DECIDE_TASK = ["Time", "Depth", "Distance error", "Angle error", "Distance from the arrow", "Beyond bound", "Hand force, largest"];
+
+/**
+ * The result in one line: what the task came to, and where the tip did.
+ * @param {LumenScorePublic} score
+ * @param {string} [end] name of the end of the way; '' where it has none
+ */
+export function lumenResult({ completed, depth_mm: depth, length_mm: length, task }, end = "") {
+  const parts = task?.result ? [task.result] : [];
+  const place = end ? `the ${end.charAt(0).toLowerCase()}${end.slice(1)}` : "the end";
+  if (depth !== null && completed) parts.push(`reached ${place}, ${fixed(depth, 0)} mm`);
+  else if (depth !== null) parts.push(task?.result ? "end not reached" : `came ${fixed(depth, 0)} of ${fixed(length, 0)} mm`);
+  return sentence(parts.join(" · "));
+}
+
+/**
+ * The landmark at the end of the way of a run, by the route that is open and was not changed since; '' for none.
+ * @param {Pick<ViewModel, "route" | "route_path" | "case">} state
+ * @param {string | null} routeId of the one that was driven
+ * @param {LumenScorePublic} score
+ */
+export function endName({ route, route_path: path, case: open }, routeId, { length_mm: length }) {
+  const at = route?.end;
+  if (!at || route.id !== routeId || length === null || Math.abs((path?.length_mm ?? NaN) - length) > 1) return "";
+  return open?.landmarks.find(({ position }) => position.every((value, axis) => Math.abs(value - at[axis]) < 0.01))?.name ?? "";
+}
 
 /**
  * What is worth saying of a run, in the order in which it is read; last what its task adds.
@@ -21,7 +48,7 @@ export function lumenFacts(score) {
   if (score.depth_mm !== null && score.share !== null && score.insertion_s !== null) { // from a fixed base nothing is inserted
     facts.push(
       { name: "Depth", value: `${fixed(score.depth_mm, 0)} mm` },
-      { name: "Share of the lumen", value: `${fixed(PERCENT * score.share, 0)} %` },
+      { name: "Share of the route", value: `${fixed(PERCENT * score.share, 0)} %` },
       { name: "Time in", value: duration(score.insertion_s) },
       { name: "Withdrawal", value: back === null ? "not drawn out" : duration(back) },
     );
@@ -37,10 +64,11 @@ export function lumenFacts(score) {
   );
   for (const { name, value, unit, digits, worse } of task?.rows ?? []) facts.push({ name, value: `${fixed(value, digits)}${unit && value !== null ? ` ${unit}` : ""}`, worse });
   if (task?.lacking) facts.push({ name: task.title, value: task.lacking });
-  return facts;
+  const decide = task ? DECIDE_TASK : DECIDE;
+  return facts.map((fact) => ({ ...fact, folded: !decide.includes(fact.name) }));
 }
 
 /** @param {LumenScorePublic} score what a list says of it */
-export function shortOfLumen({ certified, completed, time_s, depth_mm, nearest_mm: nearest, beyond_bound_mm, held_s }) {
-  return { certified, completed, time_s, depth_mm, deviation_mm: nearest?.max ?? null, beyond_bound_mm, held_s };
+export function shortOfLumen({ certified, completed, time_s, depth_mm, nearest_mm: nearest, beyond_bound_mm, held_s, task }) {
+  return { certified, completed, time_s, depth_mm, deviation_mm: nearest?.max ?? null, beyond_bound_mm, held_s, task: task?.title ?? null };
 }

@@ -1,5 +1,6 @@
 // Plots by uPlot in the page's colours.
 import uPlot from "/static/lib/uplot/dist/uPlot.esm.js";
+import { h } from "./dom.js";
 import { fixed } from "./format.js";
 
 /** @import { AlignedData, Axis, Options, Series } from "/static/lib/uplot/dist/uPlot.esm.js" */
@@ -71,4 +72,11 @@ function rangeOf(low, high) {
  */
 export function plotInto(options, data, root) {
   return new uPlot(options, data, root);
+}
+
+/** The name of a line with its colour. @param {Line} line */
+export function plotKey({ name, colour, dash, caution }) {
+  const swatch = h("i", { class: dash ? "dashed" : "" });
+  swatch.style.borderTopColor = `var(${colour})`;
+  return h("span", { class: caution ? "uncertified" : "", title: [name, caution].filter(Boolean).join(", ") }, swatch, name);
 }

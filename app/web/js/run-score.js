@@ -6,9 +6,15 @@ import { html, more, nothing } from "./template.js";
 /** @import { HoldPublic, RunTitle, ScorePublic } from "./types.js" */
 
 const SHORTEST_S = 0.05; // a hold that was shorter nobody has felt
-const MOST_HOLDS = 5;
+const MOST_HOLDS = 5, MOST_UNFOLDED = 12;
+const PLANNING = "planning"; // the kind of a hold by the computer, not by the lumen
+/** @type {Record<string, string>} */
+const HELP = {
+  Smoothness: "Spectral arc length; 0 is smoothest. Compare equal tasks only.",
+  "Deviation, largest": "How far the last links were outside the pathway.",
+};
 
-/** @typedef {{ name: string, value: string, worse?: boolean }} Fact worse: something to look at */
+/** @typedef {{ name: string, value: string, worse?: boolean, folded?: boolean }} Fact worse: something to look at. folded: with all others, not among the first */
 
 /**
  * Mode of a run, and in colour that it had no certificate.
@@ -39,9 +45,16 @@ export function factsOf(score) {
   return facts;
 }
 
-/** @param {Fact[]} facts */
+/** The figures that decide, and all of them where some are folded. @param {Fact[]} facts */
 export function scoreFacts(facts) {
-  return html`<dl class="facts run-facts">${facts.map(({ name, value, worse }) => html`<dt>${name}${name === "Smoothness" ? more("Spectral arc length; 0 is smoothest. Compare equal tasks only.") : nothing}</dt><dd class=${worse ? "worse" : ""}>${value}</dd>`)}</dl>`;
+  const first = facts.filter(({ folded }) => !folded);
+  if (first.length === facts.length) return factList(facts);
+  return html`${factList(first)}<details class="folded all-figures"><summary>All figures</summary>${factList(facts)}</details>`;
+}
+
+/** @param {Fact[]} facts */
+function factList(facts) {
+  return html`<dl class="facts run-facts">${facts.map(({ name, value, worse }) => html`<dt>${name}${HELP[name] ? more(HELP[name]) : nothing}</dt><dd class=${worse ? "worse" : ""}>${value}</dd>`)}</dl>`;
 }
 
 /**
@@ -66,15 +79,33 @@ export function feltHolds({ holds }) {
 }
 
 /**
+ * The lines of a list of holds: those by the computer as one, with their number and total.
+ * @param {HoldPublic[]} holds
+ * @returns {{ hold: HoldPublic, words: string, length_s: number }[]}
+ */
+export function holdLines(holds) {
+  const planning = holds.filter(({ kind }) => kind === PLANNING);
+  return holds.flatMap((hold) => {
+    if (hold.kind !== PLANNING) return [{ hold, words: sentence(hold.reason), length_s: hold.duration_s }];
+    if (hold !== planning[0]) return [];
+    const times = planning.length > 1 ? `, ${planning.length} times` : "";
+    return [{ hold, words: `Waiting for the computer${times}`, length_s: planning.reduce((sum, { duration_s: length }) => sum + length, 0) }];
+  });
+}
+
+/**
  * A list of holds, or of contacts of a free hand; each is a button that goes there.
  * @param {HoldPublic[]} holds
  * @param {(hold: HoldPublic) => void} open
- * @param {number} [most]
+ * @param {number | null} [most] the others are in Review; null: in Review, where they are folded
  */
 export function holdList(holds, open, most = MOST_HOLDS) {
-  if (!holds.length) return nothing;
-  const left = holds.length - most;
-  return html`<ul class="run-holds" aria-label="Holds">${holds.slice(0, most).map((hold) => html`<li>
-    <button type="button" class="plain" title="Show this moment" @click=${() => open(hold)}><span>${sentence(hold.reason)}</span><span class="number">${duration(hold.duration_s)}</span></button></li>`)}</ul>
-    ${left > 0 ? html`<p class="words quiet">${left} more in Review.</p>` : nothing}`;
+  const lines = holdLines(holds), shown = most ?? MOST_UNFOLDED;
+  if (!lines.length) return nothing;
+  const list = (/** @type {ReturnType<typeof holdLines>} */ of) => html`<ul class="run-holds" aria-label="Holds">${of.map(({ hold, words, length_s: length }) => html`<li>
+    <button type="button" class="plain" title="Show this moment" @click=${() => open(hold)}><span>${words}</span><span class="number">${duration(length)}</span></button></li>`)}</ul>`;
+  const left = lines.length - shown;
+  if (left <= 0) return list(lines);
+  return html`${list(lines.slice(0, shown))}${most === null
+    ? html`<details class="folded"><summary>${left} more</summary>${list(lines.slice(shown))}</details>` : html`<p class="words quiet">${left} more in Review.</p>`}`;
 }

@@ -1,20 +1,21 @@
 // What is said of a run, by what was driven: a rigid tool along its path, or a snake robot in a lumen.
 import { fixed } from "./format.js";
-import { lumenFacts, shortOfLumen } from "./lumen-score.js";
+import { endName, lumenFacts, lumenResult, shortOfLumen } from "./lumen-score.js";
 import { factsOf } from "./run-score.js";
 import { duration, millimetres, shortOf } from "./runs.js";
+import { html, nothing } from "./template.js";
 
 /** @import { Fact } from "./run-score.js" */
 /** @import { AnyScore, AnyShort } from "./runs.js" */
-/** @import { LumenScorePublic, ScorePublic, ShortLumenScore, ShortScore } from "./types.js" */
+/** @import { LumenScorePublic, ScorePublic, ShortLumenScore, ShortScore, ViewModel } from "./types.js" */
 
 /** @typedef {"tool" | "lumen"} Driven */
 /**
  * of: what was driven, as a document; how: what runs of it differ by. done: that a run came to its end. facts: of a score.
- * short: of a score that a list has, after the time; brief: the same in one line with it. shortOf: of a score. learning: whether tip errors make a
+ * result: of a score in one line, '' where its figures say it. short: of a score that a list has, after the time; brief: the same in one line with it. shortOf: of a score. learning: whether tip errors make a
  * learning curve, which a teacher's run may lead. laid: whether it can be laid into the scene. report: whether there is one to
  * print. formats: that it is exported in.
- * @typedef {{ of: string, how: string, done: string, facts: (score: any) => Fact[], short: (score: any) => string, brief: (score: any) => string, shortOf: (score: any) => AnyShort,
+ * @typedef {{ of: string, how: string, done: string, facts: (score: any) => Fact[], result: (score: any, end?: string) => string, short: (score: any) => string, brief: (score: any) => string, shortOf: (score: any) => AnyShort,
  *   learning: boolean, laid: boolean, report: boolean, formats: string[] }} RunView
  */
 
@@ -26,6 +27,7 @@ const VIEWS = {
   tool: {
     of: "plan", how: "mode", done: "Path completed",
     facts: (/** @type {ScorePublic} */ score) => factsOf(score),
+    result: () => "",
     short: (/** @type {ShortScore} */ { error_mm: error }) => (error === null ? "" : millimetres(error)),
     brief: (/** @type {ShortScore} */ { time_s: time, error_mm: error, contacts }) => `${fixed(time, 1)} s, ${millimetres(error)}${contacts ? `, ${contacts} contacts` : ""}`,
     shortOf: (/** @type {ScorePublic} */ score) => shortOf(score),
@@ -34,6 +36,7 @@ const VIEWS = {
   lumen: {
     of: "route", how: "arm", done: "End reached",
     facts: (/** @type {LumenScorePublic} */ score) => lumenFacts(score),
+    result: (/** @type {LumenScorePublic} */ score, end = "") => lumenResult(score, end),
     short: (/** @type {ShortLumenScore} */ { depth_mm: depth, deviation_mm: off }) => [...(depth === null ? [] : [`${fixed(depth, 0)} mm`]), ...(off === null ? [] : [`deviation ${fixed(off, 1)} mm`])].join(", "),
     brief: (/** @type {ShortLumenScore} */ { time_s: time, depth_mm: depth }) => `${duration(time)}${depth === null ? "" : `, ${fixed(depth, 0)} mm`}`,
     shortOf: (/** @type {LumenScorePublic} */ score) => shortOfLumen(score),
@@ -59,4 +62,16 @@ export function viewOf(run) {
  */
 export function withScore(run, score) {
   return { ...run, score: run.score ?? viewOf(run).shortOf(score) };
+}
+
+/**
+ * The result of a run, above its figures.
+ * @param {RunView} view
+ * @param {ViewModel} state
+ * @param {{ plan_id: string | null }} run
+ * @param {AnyScore} score
+ */
+export function resultLine(view, state, { plan_id: route }, score) {
+  const words = view.result(score, "depth_mm" in score ? endName(state, route, score) : "");
+  return words ? html`<p class="run-result">${words}</p>` : nothing;
 }

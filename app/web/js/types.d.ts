@@ -2074,7 +2074,7 @@ export interface ShortScore {
  *
  * completed: as in `LumenScorePublic`. depth_mm: the tip's deepest place, null on a fixed base. deviation_mm: the
  * largest of the link nearest to its bound, null in a run whose rows do not have it. beyond_bound_mm: 0 where no link
- * was beyond it.
+ * was beyond it. task: its title, null where the run was of none.
  */
 export interface ShortLumenScore {
   certified: boolean;
@@ -2084,6 +2084,7 @@ export interface ShortLumenScore {
   deviation_mm: number | null;
   beyond_bound_mm: number;
   held_s: number;
+  task: string | null;
 }
 
 export interface RunFilePublic {
@@ -2281,12 +2282,17 @@ export interface DeviationPublic {
   depth_mm: MeanMaxPublic | null;
 }
 
-/** What a run of a task is worth; lacking: what of it is not known and why, '' for nothing. */
+/**
+ * What a run of a task is worth.
+ *
+ * result: the outcome in words, '' where there are none; lacking: what of it is not known and why, '' for nothing.
+ */
 export interface TaskScorePublic {
   title: string;
   completed: boolean;
   rows: ScoreRowPublic[];
   lacking: string;
+  result: string;
 }
 
 /** A figure of a task as it is shown; value null where it is not defined, worse where it is to stand out. */

@@ -167,8 +167,12 @@ def test_a_new_route_goes_from_the_first_landmark_to_the_last(phantom_services: 
     context: Context[Route, Any] = SPEC.context(phantom_services)
     made = CreateRoute().create(context, COLON_PHANTOM)
     marks = _landmarks(phantom_services.cases)
-    assert (made.name, made.content.entry, made.content.end) == ("Route", marks[0], marks[-1])
-    assert CreateRoute().create(context, COLON_PHANTOM).name == "Route 2"
+    assert (made.name, made.content.entry, made.content.end) == (
+        "Route 2",
+        marks[0],
+        marks[-1],
+    )
+    assert CreateRoute().create(context, COLON_PHANTOM).name == "Route 3"
 
 
 def _landmarks(cases: CaseService) -> list[tuple[float, float, float]]:

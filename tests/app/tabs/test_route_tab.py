@@ -64,6 +64,37 @@ def test_a_click_without_a_wish_turns_the_view_and_changes_nothing(opened: Opene
     assert opened.workspace.camera.section()["pivot"] is not None
 
 
+def test_a_click_beside_the_wall_is_told_and_the_choice_goes_on(opened: Opened) -> None:
+    opened.do("route.new")
+    opened.do("route.pick", what="entry")
+    opened.tab.clicked(ClickRay(np.array([100.0, 500.0, 20.0]), np.array([-1.0, 0.0, 0.0])))
+    assert opened.heard.words[-1] == "No wall there."
+    assert sections_of(opened.tab)["route"]["picking"] == "entry"
+
+
+def test_where_the_tip_stops_is_marked_unless_it_is_the_end(opened: Opened) -> None:
+    planned(opened)
+    assert "route.stop" not in [layer.name for layer in opened.tab.layers()]
+    reach = opened.do("route.robot", links=2, length_mm=20.0, radius_mm=5.0)["route_path"]["reach_mm"]
+    (layer,) = [layer for layer in opened.tab.layers() if layer.name == "route.stop"]
+    ((stop),) = layer.key
+    assert stop.name == f"Tip stops, {reach:.0f} mm"
+    np.testing.assert_allclose(stop.position, [0.0, 0.0, ENTRY[2] + reach], atol=8.0)
+
+
+def test_the_chosen_contour_stays_chosen_until_it_is_gone(opened: Opened) -> None:
+    items = planned(opened)["route_contours"]["items"]
+    middle = 0.5 * (items[20]["at_mm"] + items[21]["at_mm"])
+    shown = opened.do("route.contour.add", at_mm=middle)["route_contours"]
+    assert (shown["chosen"], shown["items"][21]["by_hand"]) == (21, True)
+    assert opened.do("route.undo")["route_contours"]["chosen"] is None  # it is gone
+    assert opened.do("route.redo")["route_contours"]["chosen"] is None
+    opened.do("route.contour.choose", at_mm=middle)
+    assert opened.do("route.contour.resize", at_mm=middle, radii_mm=[8.0])["route_contours"]["chosen"] == 21
+    assert opened.do("route.undo")["route_contours"]["chosen"] == 21
+    assert opened.do("route.end", at=(0.0, 0.0, 110.0))["route_contours"]["chosen"] != 21  # another one by then
+
+
 def test_edits_are_undone_and_redone_and_the_pathway_follows(opened: Opened) -> None:
     opened.do("route.new")
     opened.do("route.entry", at=ENTRY)
@@ -132,7 +163,7 @@ def test_a_contour_is_chosen_resized_and_dragged_and_the_wall_is_told(opened: Op
     shown = sections_of(opened.tab)["route_contours"]
     assert shown["items"][30]["centre"][0] == pytest.approx(x + 6.0, abs=0.01)
     assert shown["chosen"] == 30
-    assert "leaves the wall, by up to" in shown["words"]
+    assert "One contour crosses the wall, by up to" in shown["words"]
     assert sections_of(opened.tab)["route_path"]["behind_mm"] > 3.0
     between = 0.5 * (shown["items"][40]["at_mm"] + shown["items"][41]["at_mm"])
     added = opened.do("route.contour.add", at_mm=between)["route_contours"]

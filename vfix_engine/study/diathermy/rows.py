@@ -29,4 +29,5 @@ def task_score(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
     for key, name, unit, digits in _MEANS:
         known = [row[key] for row in table_iv(state) if row[key] is not None]
         rows.append(TaskRow(name, float(sum(known)) / len(known) if known else None, unit, digits))
-    return TaskScore("Labels", state.done, tuple(rows))
+    result = f"{state.traced} of {len(state.labels)} labels traced"
+    return TaskScore("Labels", state.done, tuple(rows), result)

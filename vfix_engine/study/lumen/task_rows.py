@@ -27,14 +27,15 @@ class TaskRow:
 class TaskScore:
     """What a run of a task is worth.
 
-    title: of the task; completed: it was done to its end; rows: in their order. lacking: what of it is not known and
-    why, '' for nothing.
+    title: of the task; completed: it was done to its end; rows: in their order. result: the outcome in words.
+    lacking: what of it is not known and why, '' for nothing.
     """
 
     title: str
     completed: bool
     rows: tuple[TaskRow, ...]
     lacking: str = ""
+    result: str = ""
 
 
 # Modules with a function `task_score` as the one below: None for a run that is of no such task.

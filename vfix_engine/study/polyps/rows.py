@@ -63,7 +63,9 @@ def task_score(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
     series = polyp_series(run, _unseen if surface is None else LumenSight(surface, task, spec.tissue))
     table = table_iii(series)
     rows = tuple(_row(table, shown, surface is not None or shown.key not in _BY_SIGHT) for shown in _ROWS)
-    return TaskScore("Polyps", series.progress.completed, rows, "" if surface is not None else _LACKING)
+    count = len(task.polyps)
+    result = f"{count - table.polyps_missed} of {count} polyps viewed" if surface is not None else ""
+    return TaskScore("Polyps", series.progress.completed, rows, result, "" if surface is not None else _LACKING)
 
 
 def _surface(task: PolypTask, wall: TriangleMesh | None) -> TriangleMesh | None:

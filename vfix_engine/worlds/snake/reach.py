@@ -31,7 +31,9 @@ _UNLIMITED = 20.0  # [rad/s] of the joints: no step of a shape is cut by it
 _ATTEMPTS = 1  # to come again with other shapes, after the first hold
 _DEEPER_MM = 5.0  # an offer brings the robot at least so much deeper
 _SAME_MM = 1e-6
-_THINNER = 2.0 / 3.0  # radius of the half-length links that are offered, of the robot's
+_SHORTER = (0.5, 0.25)  # lengths of the links that are offered, of the robot's
+_THINNER = 2.0 / 3.0  # their radius, of the robot's
+_LEAST_MM, _MOST = 1.0, 120  # length of a link that is offered, and number of links
 
 
 @dataclass(frozen=True)
@@ -151,18 +153,25 @@ class _TryOut(NamedTuple):
         if found.limit == "bound" and bound is not None:
             tried.append(("bounds by place", snake, None))
         if found.limit in ("narrow", "bound", "shape"):
-            half = 0.5 * snake.length_mm
-            thin = replace(
-                snake, links=math.ceil(min(length, snake.reach_mm()) / half), length_mm=half,
-                radius_mm=min(_THINNER * snake.radius_mm, 0.9 * half), sphere_radius_mm=None,
-            )  # fmt: skip
-            tried.append((f"{thin.links} links of {half:g} mm and {thin.radius_mm:g} mm radius", thin, bound))
-        offers = []
+            tried += [self._thin(snake, share) for share in _SHORTER]
+        offers, deepest = list[ReachOffer](), found.depth_mm
         for words, robot, limit in tried:
             depth = self.of(robot, limit)[0].depth_mm
-            if depth >= found.depth_mm + _DEEPER_MM:
-                offers.append(ReachOffer(f"{words}: {depth:.0f} mm", robot, limit, depth))
+            if depth >= deepest + _DEEPER_MM:
+                short = "" if depth >= length - _DEEPER_MM else f" of {length:.0f}"
+                offers.append(ReachOffer(f"{words}: {depth:.0f}{short} mm", robot, limit, depth))
+                deepest = depth
+            if depth >= min(length, snake.reach_mm()) - _DEEPER_MM:
+                break  # it arrives: nothing comes deeper
         return tuple(sorted(offers, key=lambda offer: -offer.depth_mm))
+
+    def _thin(self, snake: SnakeModel, share: float) -> tuple[str, SnakeModel, float | None]:
+        """A thinner robot with links of this share of the length, in tenths of a millimetre."""
+        length_mm = max(round(share * snake.length_mm, 1), _LEAST_MM)
+        radius_mm = max(math.floor(10.0 * min(_THINNER * snake.radius_mm, 0.9 * length_mm)) / 10.0, 0.5 * _LEAST_MM)
+        links = min(math.ceil(min(self.line.length, snake.reach_mm()) / length_mm), _MOST)
+        thin = replace(snake, links=links, length_mm=length_mm, radius_mm=radius_mm, sphere_radius_mm=None)
+        return f"{links} links of {length_mm:g} mm and {radius_mm:g} mm radius", thin, self.settings.bound_mm
 
     def _inserted(
         self, snake: SnakeModel, bound_mm: float | None, target: float
