@@ -145,6 +145,20 @@ def test_a_driven_process_is_judged(
     assert cli.main(["bench", "realtime", "--seconds", "0.5"]) == 1
 
 
+@pytest.mark.parametrize(
+    "words", [("step", "--steps", "100"), ("proximity", "--no-scaling", "--poses", "24", "--rounds", "3")]
+)
+def test_a_short_run_against_the_peers_is_correct(
+    tube: cases.BenchCase, words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Both answer the same as the libraries they are compared with; how fast is not judged here."""
+    monkeypatch.setattr(cases, "find_cases", lambda args: cases.Cases((tube,), {}))
+    assert cli.main(["bench", *words, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["correct"]
+    assert told["cases"]["tube"] is not None
+
+
 def test_steps_without_a_like_are_counted_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
     """A step that is cut short or held is not compared with the stack's, which says so."""
     outcomes = ["moved", "shrunk", "moved", "held"]
