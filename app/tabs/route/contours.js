@@ -21,6 +21,8 @@ export class ContourPart {
     this.at_mm = NaN; // of the chosen contour
     this.radii = textInput("contour-radius", whyNoRadii, (text) => this.connection.send("route.contour.resize", { at_mm: this.at_mm, radii_mm: radiiIn(text) }));
     this.centre = textInput("contour-centre", whyNoPlace, (text) => this.connection.send("route.contour.move", { at_mm: this.at_mm, to: placeOf(text) }));
+    this.radii.dataset.operation = "route.contour.resize";
+    this.centre.dataset.operation = "route.contour.move";
     this.at = numberInput("contour-at", 0, LONGEST_MM, 0, () => {}, () => {}); // where another one is to be
     for (const [input, operation] of /** @type {const} */ ([[this.radii, "resize"], [this.centre, "move"]])) input.dataset.operation = `route.contour.${operation}`;
     this.radii.title = RADII_HELP;

@@ -81,7 +81,7 @@ def test_keys_a_drag_and_a_device_are_added_and_none_stops_another(
     told: list[tuple[float, float, float]] = []
     assert client.tab.drive is not None
     assert client.tab.drive.lease.take(client.tab.client)
-    monkeypatch.setattr(client.tab.drive, "axes", lambda hand, *axes: told.append(axes))
+    monkeypatch.setattr(client.tab.drive, "axes", lambda hand, x, y, insert, buttons: told.append((x, y, insert)))
 
     def after(command: drives.Push | drives.MoveAxes) -> tuple[float, float, float]:
         client.tab.handle_now(command)
@@ -185,7 +185,7 @@ def test_parameters_of_a_paper_show_their_bends_as_ghosts_and_values_of_links_ar
     send(client.tab, "rehearsal.start")
     client.until(lambda shown: shown["snake"] and shown["snake"]["can_look"], INSERT)
     client.tab.handle_now(drives.Push(type="drive", direction=0))
-    shown = client.until(lambda shown: shown["snake"]["bends"] == 4)["snake"]
+    shown = client.until(lambda shown: (now := client.tab.now.snapshot) and len(now.control_bends) == 4)["snake"]
     assert (shown["steered"], shown["shown"]) == (True, True)
     prepared, snapshot = client.tab.now.prepared, client.tab.now.snapshot
     assert prepared is not None
