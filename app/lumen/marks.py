@@ -9,7 +9,6 @@ import numpy as np
 from msgspec import Meta
 
 from app.operations.fields import Name, Place, StoredId
-from app.scene import palette
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -24,7 +23,7 @@ MarkKind = Literal["polyp", "label"]
 
 
 class MarkStyle(NamedTuple):
-    """How marks of a kind are told apart. letter: their ids begin with it; many: of them, in words; colour: in 3D."""
+    """How marks of a kind are told apart. letter: their ids begin with it; many: of them, in words; colour: in 3D, kept here as the scene is slow to load."""
 
     letter: str
     many: str
@@ -32,8 +31,8 @@ class MarkStyle(NamedTuple):
 
 
 MARK_KINDS: dict[MarkKind, MarkStyle] = {
-    "polyp": MarkStyle("p", "polyps", palette.POLYP),
-    "label": MarkStyle("l", "labels", palette.TARGET),
+    "polyp": MarkStyle("p", "polyps", (250, 204, 92)),
+    "label": MarkStyle("l", "labels", (229, 143, 208)),
 }
 
 

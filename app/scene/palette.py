@@ -9,7 +9,6 @@ BONE = (226, 216, 198)
 WALL = (214, 134, 120)  # of a lumen
 ANATOMY = {"bone": BONE, "lumen": WALL}  # by the role of the structure that a case is driven in
 SEEN_WALL = (90, 190, 160)  # that a robot can view
-POLYP = (250, 204, 92)  # on that wall
 TASK_LABEL = (36, 72, 128)  # of study II
 TIP_WAY, TIP_CUT = (150, 156, 164), (214, 40, 40)  # of the tool's tip, and where it is cutting
 SOUGHT = ((33, 77, 255), (51, 217, 153), (255, 238, 40))  # a polyp of a task: not in view, half way, at its best
