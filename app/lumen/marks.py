@@ -23,7 +23,10 @@ MarkKind = Literal["polyp", "label"]
 
 
 class MarkStyle(NamedTuple):
-    """How marks of a kind are told apart. letter: their ids begin with it; many: of them, in words; colour: in 3D, kept here as the scene is slow to load."""
+    """How marks of a kind are told apart.
+
+    letter: their ids begin with it; many: of them, in words; colour: in 3D, kept here as the scene is slow to load.
+    """
 
     letter: str
     many: str
