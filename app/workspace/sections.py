@@ -105,7 +105,7 @@ class ScopeSection(TypedDict):
     surface: str
     key: str
     poses: str
-    look: Literal["nose", "colon"]
+    look: Literal["nose", "colon", "cavity"]
     hand: bool
     own: bool
     pose: ScopePoseView | None

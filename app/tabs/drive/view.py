@@ -105,7 +105,7 @@ def scope_section(
         "surface": "" if case_id is None else f"/api/v1/cases/{case_id}/endoscope",
         "key": key,
         "poses": "" if route is None or not live else f"/api/v1/steps/drive/poses?case={case_id}&plan={route.id}",
-        "look": "colon",
+        "look": "colon" if path is None or path.base is None else "cavity",
         "hand": True,
         "own": True,
         "pose": None if path is None else _entry_pose(path),

@@ -1395,7 +1395,7 @@ export interface ScopeSection {
   surface: string;
   key: string;
   poses: string;
-  look: "nose" | "colon";
+  look: "nose" | "colon" | "cavity";
   hand: boolean;
   own: boolean;
   pose: ScopePoseView | null;

@@ -14,5 +14,8 @@ export const NOSE = { lights: 1.2, far: 120, reach: 11, near: 0.06, exposure: 3.
 /** A colon is wider: its light reaches farther, and its folds are seen far ahead. @type {Look} */
 export const COLON = { lights: 3, far: 200, reach: 16, near: 1, exposure: 4.2, wrap: [0.25, 0.16, 0.13], shine: 0.8, fog: 90, relief: 0.14, tint: [1, 0.96, 0.92] };
 
-/** @type {Record<"nose" | "colon", Look>} */
-export const LOOKS = { nose: NOSE, colon: COLON };
+/** A cavity is wider still, and less wet. @type {Look} */
+export const CAVITY = { ...COLON, lights: 4, far: 400, reach: 45, near: 0.6, shine: 0.5, fog: 260 };
+
+/** @type {Record<"nose" | "colon" | "cavity", Look>} */
+export const LOOKS = { nose: NOSE, colon: COLON, cavity: CAVITY };
