@@ -47,7 +47,7 @@ def test_a_run_of_the_page_is_scored_and_replayed_bit_by_bit(
     (stored,) = stored_runs(services, route)
     assert (stored.arm, stored.mode, stored.certified) == ("certified", None, True)
     score = _scored(services, stored)
-    assert score["depth_mm"] >= deep["depth_mm"]
+    assert score["depth_mm"] >= deep["depth_mm"] - 0.05  # which is rounded
     assert (score["beyond_bound_mm"], score["certified"], score["whole"]) == (0.0, True, True)
     with services.runs.laid_out(stored.id) as place:
         run = Run.read(place)
