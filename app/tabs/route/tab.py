@@ -183,7 +183,7 @@ class RouteTab(Tab):
             return
         place = position_of(hit.position)
         if self._picking in MARK_KINDS:  # there are several: it goes on until it is switched off
-            self._do(AddMark(kind=self._picking, at=place))  # type: ignore[arg-type]
+            self._do(AddMark(kind=self._picking, at=place))
             return
         operation: Any = SetEntry(at=place) if self._picking == "entry" else SetEnd(at=place)
         if self._picking == "move":
