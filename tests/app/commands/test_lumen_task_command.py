@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 from app.cli import main
+from app.commands.lumen_options import lumen_surface
 from app.services import build_services
 from app.settings import Settings
 from vfix_engine.anatomy.lumen.synthetic import write_stl
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import Run
+from vfix_engine.study.lumen import score_lumen_run
 from vfix_engine.study.polyps.series import polyp_series, task_of
 from vfix_engine.study.polyps.sight import LumenSight
 from vfix_engine.study.polyps.table import PRINTED, table_iii
@@ -83,7 +85,6 @@ def test_two_polyps_are_cleared_and_the_figures_are_those_of_the_run(
     assert 0.0 < report["table_iii"]["distance_error_mm"] < 7.0
     assert 0.0 < report["table_iii"]["angle_error_deg"] < 20.0
     assert report["beyond_bound_mm"] == 0.0
-    assert report["withdrawal_s"] is None
     assert 0.0 < report["viewable_share"] <= 1.0
     assert 0.0 < report["seen_share"] <= 1.0
     assert "polyp 2 of 2 cleared" in printed.err
@@ -98,6 +99,14 @@ def test_two_polyps_are_cleared_and_the_figures_are_those_of_the_run(
     series = polyp_series(run, LumenSight(tube(), task))
     assert table_iii(series).to_dict() == report["table_iii"]
     assert replay(run, spec_of(run), keep_states=False).same  # the task changes nothing of the drive
+    assert main(["score", report["run"], "--json"]) == 0
+    (score,) = json.loads(capsys.readouterr().out)["runs"]
+    assert (score["completed"], score["task"]["completed"]) == (True, True)
+    assert "surface is missing" in score["task"]["lacking"]  # of a file that is not kept
+    wall, _ = lumen_surface(Path(told[told.index("--surface") + 1]), None, None)
+    scored = score_lumen_run(run, wall=wall).task
+    assert scored is not None
+    assert {row.name: row.value for row in scored.rows}["Angle error"] == report["table_iii"]["angle_error_deg"]
 
 
 @pytest.mark.parametrize(

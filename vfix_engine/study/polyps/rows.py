@@ -81,6 +81,6 @@ def _unseen(eye: Array, index: int, t: float) -> bool:
 
 
 def _row(table: TableIII, shown: _Shown, known: bool) -> TaskRow:
-    value = getattr(table, shown.key) if known else None
+    value: float | None = getattr(table, shown.key) if known else None
     missed = shown.key == "polyps_missed" and value is not None and value > 0
     return TaskRow(shown.name, None if value is None else float(value), shown.unit, shown.digits, missed)

@@ -53,7 +53,7 @@ class DriveSettings:
         IV.C.1); False: with a larger r it has to be straightened first.
     bends: control configurations, 4 or 8.
     arm: who keeps the links in the pathway. 'manual': the hand alone, which turns one of the last two universal joints
-        at a time (Kwok 2013, section IV.C.1, the control experiment); 'guided': the hand, which feels (30)-(35);
+        at a time (Kwok 2013, section IV.C.1, the control experiment); 'guided': the hand, which feels (31)-(35);
         'certified': every motion is certified. In the first two nothing but joint range and speed is refused.
     yield_mm_per_s_per_n: admittance of a guided hand without a force device, by which the guidance (35) moves the
         camera while the hand pulls; 0 where a device exerts the force itself. Assumed: at 10 a pull of 20 mm/s is in
