@@ -19,14 +19,14 @@ def _lumen_facts(score: dict[str, Any]) -> Iterator[Fact]:
     if score["depth_mm"] is not None:  # from a fixed base nothing is inserted
         back = score["withdrawal_s"]
         yield "Depth", f"{_fixed(score['depth_mm'], 0)} mm"
-        yield "Share of the lumen", f"{_fixed(100.0 * score['share'], 0)} %"
+        yield "Share of the route", f"{_fixed(100.0 * score['share'], 0)} %"
         yield "Time in", _duration(score["insertion_s"])
         yield "Withdrawal", "not drawn out" if back is None else _duration(back)
     if off is not None:
         yield "Deviations", f"{off['episodes']}, {_duration(off['time_s'])}"
         yield "Deviation, largest", f"{_fixed((off['depth_mm'] or {'max': 0.0})['max'], 1)} mm"
     if nearest is not None:
-        yield "Deviation nearest to a bound", f"{_fixed(nearest['max'], 1)} mm"
+        yield "Nearest to a bound", f"{_fixed(nearest['max'], 1)} mm"
     yield "Beyond bound", f"{_fixed(beyond, 1 if beyond > 0.0 else 0)} mm"
     yield "Path of the tip", f"{_fixed(score['path_length_mm'], 0)} mm"
     yield "Hand force, mean", f"{_fixed(score['force_n']['mean'], 2)} N"

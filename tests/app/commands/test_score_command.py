@@ -76,9 +76,9 @@ def test_a_run_of_a_task_is_said_as_on_the_card() -> None:
     }  # fmt: skip
     facts = facts_of(score)
     assert dict(facts) == {
-        "Time": "1:01 min", "Depth": "412 mm", "Share of the lumen": "50 %", "Time in": "40.0 s",
+        "Time": "1:01 min", "Depth": "412 mm", "Share of the route": "50 %", "Time in": "40.0 s",
         "Withdrawal": "not drawn out", "Deviations": "3, 2.5 s", "Deviation, largest": "6.3 mm",
-        "Deviation nearest to a bound": "6.3 mm", "Beyond bound": "1.3 mm", "Path of the tip": "500 mm",
+        "Nearest to a bound": "6.3 mm", "Beyond bound": "1.3 mm", "Path of the tip": "500 mm",
         "Hand force, mean": "1.00 N", "Hand force, largest": "6.3 N", "Held": "1.0 s", "Task completed": "yes",
         "Completed in": "13.0 s", "Angle error": "–", "Polyps": "Views are not scored.",
     }  # fmt: skip

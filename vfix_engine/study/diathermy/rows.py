@@ -30,4 +30,4 @@ def task_score(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
         known = [row[key] for row in table_iv(state) if row[key] is not None]
         rows.append(TaskRow(name, float(sum(known)) / len(known) if known else None, unit, digits))
     result = f"{state.traced} of {len(state.labels)} labels traced"
-    return TaskScore("Labels", state.done, tuple(rows), result)
+    return TaskScore("Labels", state.done, tuple(rows), result=result)

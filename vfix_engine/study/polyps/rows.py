@@ -65,7 +65,8 @@ def task_score(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
     rows = tuple(_row(table, shown, surface is not None or shown.key not in _BY_SIGHT) for shown in _ROWS)
     count = len(task.polyps)
     result = f"{count - table.polyps_missed} of {count} polyps viewed" if surface is not None else ""
-    return TaskScore("Polyps", series.progress.completed, rows, result, "" if surface is not None else _LACKING)
+    lacking = "" if surface is not None else _LACKING
+    return TaskScore("Polyps", series.progress.completed, rows, lacking=lacking, result=result)
 
 
 def _surface(task: PolypTask, wall: TriangleMesh | None) -> TriangleMesh | None:
