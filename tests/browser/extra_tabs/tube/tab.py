@@ -7,6 +7,7 @@ from typing import Any
 from extra_tabs.tube import SPEC
 from extra_tabs.tube.world import LENGTH_MM, TubeSpec
 
+from app.drives.drive_process import Tell
 from app.drives.prepared_drive import PreparedDrive
 from app.drives.shared_drives import DriveKey, SharedDrives
 from app.drives.view import details_section
@@ -35,7 +36,7 @@ class TubeTab(DriveTab[PreparedDrive[Snapshot], Snapshot]):
     def enter(self) -> None:
         self.workspace.case.open_up([(0.0, 0.0, LENGTH_MM / 2)])
 
-    def prepare(self) -> PreparedDrive[Snapshot]:
+    def prepare(self, tell: Tell) -> PreparedDrive[Snapshot]:
         assert self.key is not None
         recording, unrecorded = self.workspace.services.recordings.attempt(self.key.case_id, None, "Tube")
         return PreparedDrive(TubeSpec(), NoSettings(), recording, unrecorded)
