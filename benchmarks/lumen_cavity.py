@@ -62,6 +62,7 @@ def traceable(case: CavityCase, q_nominal: Array | None, places: list[Label]) ->
 def pulled_straight(case: CavityCase, placed: PlacedLabels) -> int:
     """Lines that a hand traces which pulls the camera straight towards what it aims at, certified."""
     driver, task = Driver(case.script("certified").build()), first_state(placed.labels)
+    sight = Wall(case.mesh).free
     for number, label in enumerate(placed.labels):
         aim, until = -HALF_MM, driver.state.t + _LONGEST_S
         while driver.state.t < until and task.labels[number].done_s is None:
@@ -75,7 +76,7 @@ def pulled_straight(case: CavityCase, placed: PlacedLabels) -> int:
             axes = (float(x / size * speed), float(y / size * speed), 0.0)
             state = driver.act(Act(replace(no_command(), axes=axes, buttons=BUTTON_CUT)))
             camera = case.snake.camera(state.q, case.base)
-            task = stepped(placed.labels, task, DiathermySample(state.t, camera, True))
+            task = stepped(placed.labels, task, DiathermySample(state.t, camera, True), sight)
     return task.traced
 
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:  # slow to load, as in `paths`
     from vfix_engine.study.diathermy.labels import Label
     from vfix_engine.study.diathermy.live import LiveLabels
     from vfix_engine.study.diathermy.task import DiathermyState
+    from vfix_engine.study.diathermy.task import Sight as LabelSight
     from vfix_engine.study.polyps.live import LiveProgress
     from vfix_engine.study.polyps.progress import PolypProgress, Sight
     from vfix_engine.study.polyps.task import PolypTask
@@ -112,12 +113,14 @@ class PolypWatch(TaskWatch["LiveProgress"]):
 
 
 class LabelWatch(TaskWatch["LiveLabels"]):
-    """Study II of one drive. seed: by which the labels were drawn."""
+    """Study II of one drive. seed: by which the labels were drawn; surface: ``surface_hash`` of the cavity."""
 
-    def __init__(self, labels: tuple[Label, ...], seed: int, snake: SnakeModel) -> None:
+    def __init__(
+        self, labels: tuple[Label, ...], seed: int, surface: str, snake: SnakeModel, sight: LabelSight
+    ) -> None:
         super().__init__()
-        self.labels, self.seed = labels, seed
-        self._snake = snake
+        self.labels, self.seed, self.surface = labels, seed, surface
+        self._snake, self._sight = snake, sight
 
     @property
     def state(self) -> DiathermyState | None:
@@ -127,9 +130,9 @@ class LabelWatch(TaskWatch["LiveLabels"]):
     def note(self) -> Note:
         from vfix_engine.study.diathermy.table import task_note
 
-        return task_note(self.labels, self.seed)
+        return task_note(self.labels, self.seed, self.surface)
 
     def follow(self, columns: Sequence[Column]) -> LiveLabels:
         from vfix_engine.study.diathermy.live import LiveLabels
 
-        return LiveLabels(self.labels, self._snake, columns)
+        return LiveLabels(self.labels, self._snake, columns, self._sight)

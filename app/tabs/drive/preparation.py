@@ -79,12 +79,16 @@ def watched_task(
     """The task that is chosen, None for none. Raises VfixError where it cannot be made of this route."""
     if options.task is None:
         return None
+    from vfix_engine.anatomy.lumen.wall import Wall
     from vfix_engine.study.polyps.sight import LumenSight
+    from vfix_engine.study.polyps.task import surface_hash
 
     tasks = services.lumen_routes.tasks
     if options.task.task == "labels":
         tell("Drawing labels that this robot can trace …")
-        return LabelWatch(tasks.labels(route, options.task), options.task.seed, path.snake)
+        cavity = tasks.wall(route.case_id)
+        labels = tasks.labels(route, options.task)
+        return LabelWatch(labels, options.task.seed, surface_hash(cavity), path.snake, Wall(cavity).free)
     task = tasks.polyps(
         route,
         options.task,

@@ -11,6 +11,7 @@ import pytest
 from app.cli import main
 from app.services import build_services
 from app.settings import Settings
+from vfix_engine.anatomy.lumen.wall import Wall
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.command import COMMAND_COLUMNS
 from vfix_engine.runtime.replay import replay
@@ -19,6 +20,7 @@ from vfix_engine.runtime.system import Column
 from vfix_engine.study.diathermy.live import LiveLabels
 from vfix_engine.study.diathermy.table import measured
 from vfix_engine.worlds.registry import spec_of
+from vfix_engine.worlds.snake.cavity import cavity_case
 
 
 def test_a_line_is_traced_and_its_figures_are_those_of_the_run(
@@ -44,17 +46,20 @@ def test_a_line_is_traced_and_its_figures_are_those_of_the_run(
             run = Run.read(folder)
     finally:
         services.close()
-    found = measured(run).to_dict()
+    sight = Wall(cavity_case().mesh).free
+    seen = measured(run, sight)
+    found = seen.to_dict()
     assert found["labels"] == [{name: row[name] for name in found["labels"][0]}]
     assert (found["labels_traced"], found["beyond_bound_mm"]) == (1, 0.0)
     live = LiveLabels(
-        measured(run).labels,
+        seen.labels,
         SnakeModel(**run.manifest["spec"]["snake"]),
         [*(Column(*one) for one in COMMAND_COLUMNS), *run.columns],
+        sight,
     )
     for some in np.array_split(run.ticks, 7):  # as a page follows the drive: the same state, to the last bit
         live.read(some)
-    assert live.state == measured(run).state
+    assert live.state == seen.state
     assert live.completed
     assert live.way.red.any()
     assert np.linalg.norm(np.diff(live.way.places, axis=0), axis=1).max() < 3.0

@@ -50,6 +50,12 @@ class Wall:
         distance[hit], side[hit] = np.maximum(met, 0.0), np.sign(steep)
         return distance.reshape(direction.shape[:-1]), side.reshape(direction.shape[:-1])
 
+    def free(self, eye: Array, point: Array) -> bool:
+        """Whether an eye (3,) sees a point (3,), mm: no wall is between them, and they are not the same point."""
+        ahead = point - eye
+        away = float(np.linalg.norm(ahead))
+        return away > 0.0 and float(self.seen(eye, ahead / away)[0]) >= away
+
     def clearance(self, points: Array, outward: int) -> tuple[Array, Array]:
         """Distance (n,) of points (n, 3) to the wall in mm, negative outside, and unit vectors (n, 3) into the lumen.
 

@@ -13,7 +13,7 @@ from ...runtime.command import BUTTON_CUT, COMMAND_SIZE, command_from_row
 from ...runtime.system import Column
 from ..polyps.series import cameras
 from .labels import Label
-from .task import DiathermySample, DiathermyState, first_state, stepped
+from .task import DiathermySample, DiathermyState, Sight, first_state, stepped
 
 WAY_MM = 1.0  # between two places of the tip that are kept
 
@@ -31,11 +31,11 @@ class LiveLabels:
     state: after the rows so far. For a drive whose task begins before its first step.
 
     Args:
-        columns: of the lines that are read, as ``RowReader.columns``.
+        columns: of the lines that are read, as ``RowReader.columns``. sight: in the cavity of the drive.
     """
 
-    def __init__(self, labels: Sequence[Label], snake: SnakeModel, columns: Sequence[Column]) -> None:
-        self._labels, self._snake = tuple(labels), snake
+    def __init__(self, labels: Sequence[Label], snake: SnakeModel, columns: Sequence[Column], sight: Sight) -> None:
+        self._labels, self._snake, self._sight = tuple(labels), snake, sight
         self._at = {column.name: place for place, column in enumerate(columns[COMMAND_SIZE:])}
         # one list, as another thread may read it between two steps
         self._way: list[tuple[float, float, float, bool]] = []
@@ -62,7 +62,7 @@ class LiveLabels:
         tips = rows[:, [at[f"tip_{axis}"] for axis in "xyz"]]
         for line, camera, t, tip in zip(lines, cameras(self._snake, rows, at), times, tips, strict=True):
             pressed = bool(command_from_row(line[:COMMAND_SIZE]).buttons & BUTTON_CUT)
-            state = stepped(self._labels, state, DiathermySample(t, camera, pressed))
+            state = stepped(self._labels, state, DiathermySample(t, camera, pressed), self._sight)
             self._keep(tip, state.cutting)
             if state.done:
                 break

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from ...anatomy.lumen.wall import Wall
+from ...arrays import Array
 from ...geometry.mesh import TriangleMesh
 from ...runtime.run import Run
+from ...worlds.snake.cavity import cavity_case
 from ..lumen.task_rows import TaskRow, TaskScore
-from .table import measured, task_begun
-from .task import table_iv
+from ..polyps.task import surface_hash
+from .table import measured, surface_of, task_begun
+from .task import Sight, table_iv
 
 _MEANS = (
     ("time_s", "Time per label", "s", 1),
@@ -16,18 +20,46 @@ _MEANS = (
 )
 
 
+_LACKING = "Labels are not scored: the cavity's surface is missing."
+
+
 def task_score(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
-    """The score of a run of study II; None for a run of none. The task has no lines of sight, so no wall is needed.
+    """The score of a run of study II; None for a run of none.
+
+    It needs the cavity's surface: the given wall if it is the one that the task was in, or the cavity that comes along
+    if that is. Without either nothing is scored.
 
     Raises InputError for a run whose task is damaged, or has no steps.
     """
     if not task_begun(run):
         return None
-    state = measured(run).state
+    sight = _sight(surface_of(run), wall)
+    found = measured(run, _nothing_seen if sight is None else sight)
+    state, scored = found.state, sight is not None
     missed = len(state.labels) - state.traced
-    rows = [TaskRow("Labels traced", float(state.traced)), TaskRow("Labels missed", float(missed), worse=missed > 0)]
+    rows = [
+        TaskRow("Labels traced", float(state.traced) if scored else None),
+        TaskRow("Labels missed", float(missed) if scored else None, worse=scored and missed > 0),
+    ]
     for key, name, unit, digits in _MEANS:
         known = [row[key] for row in table_iv(state) if row[key] is not None]
         rows.append(TaskRow(name, float(sum(known)) / len(known) if known else None, unit, digits))
-    result = f"{state.traced} of {len(state.labels)} labels traced"
-    return TaskScore("Labels", state.done, tuple(rows), result=result)
+    result = f"{state.traced} of {len(state.labels)} labels traced" if scored else ""
+    return TaskScore("Labels", state.done, tuple(rows), lacking="" if scored else _LACKING, result=result)
+
+
+def _sight(surface: str | None, wall: TriangleMesh | None) -> Sight | None:
+    """Lines of sight in the cavity with that hash; None where it is not at hand."""
+    if surface is None:  # a run of before they were asked for
+        return _all_seen
+    if wall is None or surface_hash(wall) != surface:
+        wall = cavity_case().mesh
+    return Wall(wall).free if surface_hash(wall) == surface else None
+
+
+def _all_seen(eye: Array, point: Array) -> bool:
+    return True
+
+
+def _nothing_seen(eye: Array, point: Array) -> bool:
+    return False

@@ -15,7 +15,7 @@ from ...runtime.command import BUTTON_CUT
 from ...runtime.requests import Note, Reset
 from ...runtime.run import Run
 from .labels import Label
-from .task import DiathermySample, DiathermyState, first_state, stepped, table_iv
+from .task import DiathermySample, DiathermyState, Sight, first_state, stepped, table_iv
 
 NOTE = "kwok2"  # kind of the note with which the task begins
 
@@ -25,9 +25,9 @@ def task_begun(run: Run) -> bool:
     return any(isinstance(event.content, Note) and event.content.kind == NOTE for event in run.events)
 
 
-def task_note(labels: Sequence[Label], seed: int | None = None) -> Note:
-    """The request that records the beginning of the task in a run."""
-    return Note(NOTE, {"seed": seed, "labels": [label.to_dict() for label in labels]})
+def task_note(labels: Sequence[Label], seed: int | None, surface: str) -> Note:
+    """The request that records the beginning of the task in a run. surface: ``surface_hash`` of the cavity."""
+    return Note(NOTE, {"seed": seed, "labels": [label.to_dict() for label in labels], "surface": surface})
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,8 +52,10 @@ class DiathermyRun:
         }  # fmt: skip
 
 
-def measured(run: Run) -> DiathermyRun:
-    """Measure a run from its last note of the task, or the last reset after it that steps follow, by the run alone.
+def measured(run: Run, sight: Sight) -> DiathermyRun:
+    """Measure a run from its last note of the task, or the last reset after it that steps follow.
+
+    sight: in the cavity of the run.
 
     Raises:
         InputError: no run of a snake, one without the task, or without steps in it.
@@ -63,11 +65,18 @@ def measured(run: Run) -> DiathermyRun:
         raise InputError("the run has no steps to measure")
     state, red = first_state(labels), np.zeros(len(run.ticks) - start, dtype=bool)
     for number, sample in enumerate(samples_of(run, start)):
-        state = stepped(labels, state, sample)
+        state = stepped(labels, state, sample, sight)
         red[number] = state.cutting
     beyond = max(float(run.column("beyond_bound")[start:].max()), 0.0)
     way = np.column_stack([run.column(f"tip_{axis}")[start:] for axis in "xyz"])
     return DiathermyRun(labels, state, beyond, way, red)
+
+
+def surface_of(run: Run) -> str | None:
+    """``surface_hash`` of the cavity that a run's last task was in; None in a run of before it was kept."""
+    notes = [event.content for event in run.events if isinstance(event.content, Note) and event.content.kind == NOTE]
+    surface = notes[-1].content.get("surface") if notes else None
+    return None if surface is None else str(surface)
 
 
 def _task_of(run: Run) -> tuple[tuple[Label, ...], int]:

@@ -2,12 +2,13 @@
 
 On each label lies a thin object as long as the arrow. It is shortened from its aimed end while the button is held and
 the marker is near that end, and is gone when that end is at the arrow's tip (Kwok 2013, section IV.C.2).
+The marker is on a label only while the line of sight from the camera to it is free; the paper does not print that.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +17,9 @@ from ...arrays import Array
 from .labels import HALF_MM, Label, Marker, marker_on
 
 NEAR_MM = 2.0  # from the marker to the aimed end while it is shortened; assumed, the paper prints no number
+
+Sight = Callable[[Array, Array], bool]
+"""Whether the line from an eye (3,) to a point (3,), LPS mm, is free; ``Wall.free`` of the cavity is one."""
 
 
 class DiathermySample(NamedTuple):
@@ -67,8 +71,8 @@ class LabelProgress(NamedTuple):
 class DiathermyState(NamedTuple):
     """The task at one moment.
 
-    labels: one each. aimed: the label on which the marker is, None: none; cutting: its object is being shortened, and
-    the tip's way is drawn red. travel_mm: of the camera since the last label was done, or since the start.
+    labels: one each. aimed: the label on which the marker is and is seen, None: none; cutting: its object is being
+    shortened, and the tip's way is drawn red. travel_mm: of the camera since the last label was done, or since the start.
     """
 
     labels: tuple[LabelProgress, ...]
@@ -94,8 +98,13 @@ def first_state(labels: Sequence[Label]) -> DiathermyState:
     return DiathermyState(tuple(LabelProgress() for _ in labels))
 
 
-def stepped(labels: Sequence[Label], state: DiathermyState, sample: DiathermySample) -> DiathermyState:
-    """The task after the next sample; samples come in the order of time."""
+def stepped(
+    labels: Sequence[Label], state: DiathermyState, sample: DiathermySample, sight: Sight
+) -> DiathermyState:
+    """The task after the next sample; samples come in the order of time.
+
+    sight: asked only about the marker on the nearest label; where it is not free, no label is aimed at.
+    """
     eye = sample.camera[:3, 3]
     dt = 0.0 if state.t is None else max(sample.t - state.t, 0.0)
     gone = 0.0 if state.eye is None else float(np.linalg.norm(eye - np.array(state.eye)))
@@ -105,6 +114,8 @@ def stepped(labels: Sequence[Label], state: DiathermyState, sample: DiathermySam
     if aimed is None:
         return state
     number, marker = aimed
+    if not sight(eye, labels[number].at(marker.along, marker.across)):
+        return state
     state = state._replace(aimed=number)
     one = state.labels[number]
     if not sample.pressed or one.done_s is not None:
@@ -130,11 +141,11 @@ def stepped(labels: Sequence[Label], state: DiathermyState, sample: DiathermySam
     return state._replace(labels=progress, cutting=near, travel_mm=travel)
 
 
-def followed(labels: Sequence[Label], samples: Iterable[DiathermySample]) -> DiathermyState:
+def followed(labels: Sequence[Label], samples: Iterable[DiathermySample], sight: Sight) -> DiathermyState:
     """The task after all samples."""
     state = first_state(labels)
     for sample in samples:
-        state = stepped(labels, state, sample)
+        state = stepped(labels, state, sample, sight)
     return state
 
 

@@ -116,13 +116,15 @@ class Tracer:
         for steering in line[::4]:
             frames = self.bends.context.snake.frames(self.bends.joints(steering), self.bends.context.base)
             camera = self.bends.view(steering)
-            marker = axis_on_plane(label, camera)
-            eye, ahead = camera[:3, 3], camera[:3, 2]
-            if marker is None or float(self._wall.seen(eye, ahead)[0]) < marker.distance - 1e-3:
+            marker, eye = axis_on_plane(label, camera), camera[:3, 3]
+            if marker is None:
+                return False
+            point = label.at(marker.along, marker.across)
+            if not self._wall.free(eye, point):
                 return False
             snake = self.bends.context.snake
             for one, two in zip(frames[:-2, :3, 3], frames[1:-1, :3, 3], strict=True):
-                if _between(eye, eye + marker.distance * ahead, one, two) < snake.sphere_mm + _LINK_MM:
+                if _between(eye, point, one, two) < snake.sphere_mm + _LINK_MM:
                     return False
         return True
 

@@ -6,12 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from ...anatomy.lumen.wall import Wall
 from ...runtime.command import BUTTON_CUT
 from ...runtime.driver import Driver, Log
 from ...worlds.snake.cavity import CavityCase
 from ...worlds.snake.offline.script import DriveSpec
 from ...worlds.snake.settings import Arm
 from ...worlds.snake.stepping.state import SnakeState
+from ..polyps.task import surface_hash
 from .bend_map import BendMap
 from .oracle import BendOracle, JointOracle, OracleView
 from .placing import PlacedLabels
@@ -60,16 +62,16 @@ def trial(
     """
     spec = case.script(arm, STEP_S)
     driver: Driver[SnakeState] = Driver(system := spec.build(), log=None if record is None else record(spec))
-    driver.apply(task_note(placed.labels, placed.seed))
+    driver.apply(task_note(placed.labels, placed.seed, surface_hash(case.mesh)))
     oracle = (JointOracle if arm == "manual" else BendOracle)(bends, placed)
-    task, beyond = first_state(placed.labels), 0.0
+    task, beyond, sight = first_state(placed.labels), 0.0, Wall(case.mesh).free
     while driver.state.t < LONGEST_S:
         act = oracle(OracleView(system, driver.state, task))
         if act is None:
             break
         state, traced = driver.act(act), task.traced
-        camera = case.snake.camera(state.q, state.base)
-        task = stepped(placed.labels, task, DiathermySample(state.t, camera, bool(act.command.buttons & BUTTON_CUT)))
+        camera, pressed = case.snake.camera(state.q, state.base), bool(act.command.buttons & BUTTON_CUT)
+        task = stepped(placed.labels, task, DiathermySample(state.t, camera, pressed), sight)
         beyond = max(beyond, float((state.deviation.depth - state.bound).max()))
         if task.traced > traced:
             say(f"{task.traced} of {len(task.labels)} labels traced, after {state.t:.0f} s")

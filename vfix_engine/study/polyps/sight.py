@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from ...anatomy.lumen.wall import Wall
 from ...arrays import Array
 from ...geometry.mesh import TriangleMesh
@@ -27,7 +25,4 @@ class LumenSight:
     def __call__(self, eye: Array, index: int, t: float) -> bool:
         """Whether a camera at eye (3,) LPS mm sees the middle of a polyp at the time t in s."""
         polyp = self._task.polyps[index]
-        start = at_rest(polyp, eye, self._motion, t)
-        ahead = polyp.target - start
-        size = float(np.linalg.norm(ahead))
-        return size > 0.0 and float(self._wall.seen(start, ahead / size)[0]) >= size
+        return self._wall.free(at_rest(polyp, eye, self._motion, t), polyp.target)
