@@ -17,7 +17,7 @@ from ....snake.control.tip_control import DistalContext
 from ..settings import DriveSettings
 from ..stepping.constants import DriveConstants
 from ..stepping.distal import bend_of, can_look, distal_context, needs_bends
-from ..stepping.insertion import SAME_MM, end_of_path
+from ..stepping.insertion import SAME_MM, end_of_way
 from ..stepping.motion import reserve, tissue_age_s
 from ..stepping.state import Ahead, ShapeSample, SnakeState
 from ..stepping.tissue import TISSUE_SHARE
@@ -36,7 +36,7 @@ def wanted(drive: DriveConstants, state: SnakeState, view: LookWanted | None = N
         near = state.tissue.goal or near
     elif ahead.left(sign):
         near = ahead.end
-    known = look is None and (ahead.left(sign) > 1 or end_of_path(state, near.tip_s, sign))
+    known = look is None and (ahead.left(sign) > 1 or end_of_way(drive, state, near.tip_s, sign))
     if drive.fixed_base or known:
         sign = 0
     if look is None and not sign and bends is None and view is None:
@@ -45,7 +45,9 @@ def wanted(drive: DriveConstants, state: SnakeState, view: LookWanted | None = N
     kept = np.zeros(drive.snake.links)
     if drive.moves:  # estimated time until the plan after this one is adopted
         kept = reserve(state.tissue.rim, state.pose.windows, age_s + settings.tissue_s)
-    bend = state.pose.q - state.pose.shape.q
+    # Where no bound holds a motion the hand's bend may be far beyond it: shapes that keep it within are then sought in
+    # vain, for so long that the robot waits for them.
+    bend = state.pose.q - state.pose.shape.q if state.certified else np.zeros(drive.snake.dof)
     return PlanInputs(
         look, PlannedShape.of(near), near.tip_s, most, sign, ahead.spacing_mm, bend, state.bounds, kept, bends, view
     )

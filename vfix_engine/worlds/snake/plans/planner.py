@@ -119,7 +119,7 @@ class Planner:
         found: list[PlannedShape] = []
         for _ in range(SHAPES_AHEAD):
             place = near.tip_s + wanted.sign * wanted.spacing_mm
-            place = min(place, curve.length) if wanted.sign > 0 else max(place, 0.0)
+            place = min(place, curve.length, self._snake.reach_mm()) if wanted.sign > 0 else max(place, 0.0)
             if (place - near.tip_s) * wanted.sign <= 0.0:
                 break
             near = self._inside(conform(self._snake, curve, place, near, slack, near.roll), packed, wanted)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Self
@@ -74,6 +75,14 @@ class DriveConstants:
     def moves(self) -> bool:
         """Whether the tissue moves."""
         return self.pathway.motion is not None
+
+    @property
+    def longest_mm(self) -> float:
+        """Arc length in mm at which all links are used up; infinite where plans are made within a step.
+
+        A script says itself how deep it goes, and may have the front of a longer robot for its links.
+        """
+        return self.snake.reach_mm() if self.planner is None else math.inf
 
     @classmethod
     def of(cls, snake: SnakeModel, pathway: Pathway, settings: DriveSettings) -> Self:

@@ -18,11 +18,18 @@ SAME = 1e-9  # fraction by which rounding may make a step longer than permitted
 SAME_MM = 1e-9  # [mm] of insertion that counts as none: a shape this near is the robot's own
 
 
-def end_of_path(state: SnakeState, tip_s: float, sign: float) -> str | None:
+def end_of_way(drive: DriveConstants, state: SnakeState, tip_s: float, sign: float) -> str | None:
     """The reason why no motion is possible from there in that direction; None where it is."""
-    if sign > 0.0:
-        return "the end of the path" if tip_s >= state.tissue.length_mm else None
-    return "the robot is out" if tip_s <= 0.0 else None
+    if sign <= 0.0:
+        return "the robot is out" if tip_s <= 0.0 else None
+    if tip_s >= state.tissue.length_mm:
+        return "the end of the path"
+    return f"all {drive.snake.links} links are inside: the robot is no longer" if tip_s >= drive.longest_mm else None
+
+
+def farthest_mm(drive: DriveConstants, state: SnakeState) -> float:
+    """Arc length in mm to which the tip can be inserted: the end of the path, or where no link is left."""
+    return min(state.tissue.length_mm, drive.longest_mm)
 
 
 def insert(drive: DriveConstants, state: SnakeState, wanted_mm: float, dt: float) -> tuple[SnakeState, Outcome]:
@@ -31,7 +38,7 @@ def insert(drive: DriveConstants, state: SnakeState, wanted_mm: float, dt: float
         return state, Outcome("held", HELD, "end")
     sign = 1.0 if wanted_mm > 0.0 else -1.0
     if drive.planner is None:
-        state, held = _known(state, sign)
+        state, held = _known(drive, state, sign)
         held = held or _bent(drive, state)
     else:
         held = _bent(drive, state)
@@ -49,7 +56,7 @@ def insert(drive: DriveConstants, state: SnakeState, wanted_mm: float, dt: float
     done = MOVED
     if within < min(1.0, part):
         done = too_fast(state)
-    elif abs(wanted_mm) > (1.0 + SAME) * min(most, abs(remaining)) and 0.0 < ahead_s < state.tissue.length_mm:
+    elif abs(wanted_mm) > (1.0 + SAME) * min(most, abs(remaining)) and 0.0 < ahead_s < farthest_mm(drive, state):
         done = Outcome("shrunk", f"a step goes {most:g} mm at most, and to the next planned shape", "step")
 
     def attempt(now: SnakeState, share: float) -> tuple[SnakeState, bool]:
@@ -85,9 +92,9 @@ def _bent(drive: DriveConstants, state: SnakeState) -> Outcome | None:
     return None
 
 
-def _known(state: SnakeState, sign: float) -> tuple[SnakeState, Outcome | None]:
+def _known(drive: DriveConstants, state: SnakeState, sign: float) -> tuple[SnakeState, Outcome | None]:
     """With the next adopted shape as the first one ahead, or held."""
-    end = end_of_path(state, state.tip_s, sign)
+    end = end_of_way(drive, state, state.tip_s, sign)
     if end is not None:
         return state, Outcome("held", end, "end")
     ahead = state.ahead
@@ -104,10 +111,11 @@ def _planned(
     ahead, tip_s = state.ahead, state.tip_s
     if ahead.samples and (ahead.samples[0].place_mm - tip_s) * sign > 0.0:
         return state, None
+    end = end_of_way(drive, state, tip_s, sign)
+    if end is not None:
+        return state, Outcome("held", end, "end")
     place = tip_s + sign * ahead.spacing_mm
-    place = min(place, state.tissue.curve.length) if sign > 0.0 else max(place, 0.0)
-    if (place - tip_s) * sign <= 0.0:
-        return state, Outcome("held", "the end of the path" if sign > 0.0 else "the robot is out", "end")
+    place = min(place, farthest_mm(drive, state)) if sign > 0.0 else max(place, 0.0)
     shape = planner.inserted(state.tissue.curve, place, ahead.last, ahead.planned)
     if not in_order(shape.joint_s):
         return state.restarted(), Outcome("held", "no shape conforms to the path there", "end")
