@@ -6,9 +6,10 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 from lumen_shapes import arc, straight
+from snake_runs import AGE, BREATH, hand, run
 
 from vfix_engine.errors import ControlError, InputError
-from vfix_engine.pathway.pathway import Pathway
+from vfix_engine.pathway.pathway import Pathway, TissueMotion
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.command import no_command
 from vfix_engine.worlds.snake.offline.snake_drive import SnakeDrive
@@ -92,6 +93,38 @@ def test_nothing_refuses_the_insertion_of_a_bent_tip(arm: Arm) -> None:
     for _ in range(150):
         drive.step(SnakeCommand(straighten=True), DT)
     assert drive.straight
+
+
+@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("motion", [None, BREATH], ids=["still", "moving"])
+def test_a_live_insertion_ends_where_no_link_is_left(arm: Arm, motion: TissueMotion | None) -> None:
+    """Five links of 28 mm in a lumen of 300 mm: their base does not follow them into it."""
+    fixed = DriveSettings(arm=arm, vertices_per_link=30, bends=4)
+    spec = SnakeSystemSpec(LumenContours(TUBE.centre, TUBE.radius), SnakeModel(5), drive=fixed, tissue=motion, tip_s=138.0)
+    system = spec.build()
+    *_, state = run(system, system.start(), [hand(insert=1.0)] * 400)
+    assert state.tip_s == 140.0
+    assert (state.outcome, state.limit) == ("held", "end")
+    assert state.held_by == "all 5 links are inside: the robot is no longer"
+    *_, back = run(system, state, [hand(insert=-1.0)] * 200)
+    assert back.tip_s < 139.0
+
+
+def test_shapes_of_an_insertion_are_planned_for_the_bend_only_where_a_bound_holds_it() -> None:
+    """A guided hand's bend may be far beyond its bounds: shapes with it inside are then sought in vain, and slowly."""
+    asked = {}
+    for arm in ("guided", "certified"):
+        fixed = DriveSettings(arm=arm, vertices_per_link=30, control="view", bound_mm=4.0)  # type: ignore[arg-type]
+        contours = LumenContours(TUBE.centre, TUBE.radius)
+        system = SnakeSystemSpec(contours, SnakeModel(8), drive=fixed, tissue=BREATH, tip_s=170.0).build()
+        *_, state = run(system, system.start(), [hand(1.0)] * 800)
+        *_, last = run(system, state, [hand(insert=1.0)] * AGE)
+        bend = last.pose.q - last.pose.shape.q
+        assert np.abs(bend).max() > math.radians(3.0)
+        wanted = next(w for w in map(system.background, run(system, last, [hand(insert=1.0)] * 40)) if w is not None)
+        asked[arm] = wanted.inputs.bend
+    assert (asked["guided"] == 0.0).all()
+    assert np.abs(asked["certified"]).max() > math.radians(3.0)
 
 
 def test_a_guided_hand_without_a_device_yields_to_the_force() -> None:
