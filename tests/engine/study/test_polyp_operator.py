@@ -10,6 +10,7 @@ from vfix_engine.pathway.pathway import Pathway
 from vfix_engine.pathway.tissue_motion import breathing
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.study.polyps.operator import PolypOperator
+from vfix_engine.study.polyps.progress import Sight
 from vfix_engine.study.polyps.task import NEAR_END_MM, Polyp, PolypTask
 from vfix_engine.worlds.snake.offline.snake_drive import SnakeDrive
 from vfix_engine.worlds.snake.settings import DriveSettings
@@ -82,3 +83,32 @@ def test_a_polyp_that_is_never_seen_is_missed_and_the_task_completed() -> None:
     assert [attempt.how for attempt in operator.attempts[:3]] == ["hand", "hand", "plan"]
     assert not any(attempt.cleared for attempt in operator.attempts)
     assert operator.attempts[2].tip_mm == pytest.approx(175.0, abs=1e-6)
+
+
+def first_attempt(sight: Sight, aim_most_s: float) -> tuple[float, PolypOperator]:
+    """When the first attempt at a polyp in tissue that breathes ended, in s, or 20 s; and the operator."""
+    drive, task = drive_in("certified", breath_mm=6.0), PolypTask((polyp(0.7),), 150.0, 194.0)
+    operator = PolypOperator(task, sight, drive.pathway.motion, aim_most_s=aim_most_s)
+    while not operator.attempts and drive.state.t < 20.0:
+        act = operator(drive.system, drive.state)
+        assert act is not None
+        drive.act(act)
+    return drive.state.t, operator
+
+
+def test_a_polyp_that_is_viewed_and_lost_again_and_again_is_left_after_the_time_of_an_attempt() -> None:
+    """Each view begins the search anew, and the tissue keeps the picture moving: the time alone ends it."""
+
+    def flickers(eye: Array, index: int, t: float) -> bool:
+        return t % 0.2 < 0.1
+
+    ends = []
+    for most_s in (3.0, 5.0):
+        end, operator = first_attempt(flickers, most_s)
+        assert [attempt.cleared for attempt in operator.attempts] == [False]
+        assert operator.progress.viewings[0].lost > 5
+        ends.append(end)
+    assert ends[1] - ends[0] == pytest.approx(2.0, abs=0.25)
+    end, operator = first_attempt(free, 3.0)  # what is viewed at that time is held on
+    assert operator.attempts[0].cleared
+    assert end > ends[1]

@@ -42,7 +42,7 @@ _AHEAD_DEG, _BAND_MM = 30.0, 1.0  # the robot is fed only while the target is ah
 _ASIDE_DEG, _NEAR_MM = 75.0, 11.0  # it is drawn back from one that is nearer, also while it is aside
 _PASSED_DEG = 110.0  # off the optical axis: the camera has passed the target
 _ALONG = 0.2  # least share of a feed that changes the distance
-_AIM_MOST_S = 60.0  # [s] of one attempt, also where the polyp is viewed and lost again and again
+AIM_MOST_S = 60.0  # [s] of one attempt, also where the polyp is viewed and lost again and again
 _BEFORE_END_MM = 1.0  # of the tip, while polyps are left: before the place from which the task is completed
 
 
@@ -70,6 +70,8 @@ class PolypOperator:
     Args:
         sight: lines of sight; motion: of the tissue. views: for each polyp the tip's arc length in mm and the bends
             (n, 2L') rad, one after the other, with which the plan views it; none: no plan is known.
+        aim_most_s: of one attempt by hand, also where the polyp is viewed and lost again and again; while it is viewed
+            at the end, the attempt goes on.
     """
 
     def __init__(
@@ -78,9 +80,10 @@ class PolypOperator:
         sight: Sight,
         motion: TissueMotion | None = None,
         views: Sequence[tuple[float, Array]] = (),
+        aim_most_s: float = AIM_MOST_S,
     ) -> None:
         self.task, self.progress, self.attempts = task, PolypProgress.at_start(task), list[Attempt]()
-        self._sight, self._motion, self._views = sight, motion, views
+        self._sight, self._motion, self._views, self._aim_most_s = sight, motion, views, aim_most_s
         self._operator = SnakeOperator(self._orders)
 
     def __call__(self, system: ScriptSystem, state: SnakeState) -> Act | None:
@@ -150,7 +153,7 @@ class PolypOperator:
 
     def _aim(self, drive: DriveView, index: int) -> Iterator[Order]:
         """Pull the camera to a polyp and hold it there, until it is cleared or the hand gets no farther."""
-        seek, refine, until = 0.0, 0.0, drive.state.t + _AIM_MOST_S
+        seek, refine, until = 0.0, 0.0, drive.state.t + self._aim_most_s
         still, before, joint = 0, (math.inf, math.inf), 1
         if drive.state.hand_joint != joint:
             drive.ask(ChooseJoint(joint))
