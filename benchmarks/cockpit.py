@@ -90,10 +90,10 @@ def _snake(args: argparse.Namespace) -> dict[str, Any]:
     machine, pairs = report.machine().to_dict(), list[dict[str, cockpit_snake.Figures]]()
     with cockpit_snake.driven_alone() as process, fresh_page(1280, 800) as (page, address, version):
         cockpit_snake.begin(page, address)
-        with cockpit_snake.watchers(address, args.watchers):
+        with cockpit_snake.watchers(address, args.watchers) as hand:
             for _ in range(args.pairs):
                 none = cockpit_snake.alone(process, args.seconds)
-                pairs.append({"none": none, "all": cockpit_snake.on_page(page, args.seconds)})
+                pairs.append({"none": none, "all": hand.drive(args.seconds)})
     medians = {
         kind: {name: statistics.median(one[kind][name] for one in pairs) for name in pairs[0][kind]}
         for kind in ("none", "all")

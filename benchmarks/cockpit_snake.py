@@ -1,7 +1,9 @@
 """The cockpit of a snake in the colon that travels with vfix: endoscope and scene drawn, recorded, and watched.
 
+Alone and on the page the hand does the same, from the entry: a step costs what the robot does in it. One that is held
+at a bound, as a bent tip that is pushed on is, costs half as much again as one that moves.
 A watcher is a page without a browser that stays in the tab of the drive, as many as the planner takes, and beyond these
-a reader of the robot's poses.
+a reader of the robot's poses. The page in the browser watches too, and draws.
 """
 
 from __future__ import annotations
@@ -9,7 +11,7 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +19,7 @@ import numpy as np
 
 from benchmarks.page import await_true
 from benchmarks.realtime import BEAT_S
+from benchmarks.report import BenchmarkRefused
 from vfix_engine.anatomy.lumen.colon_case import colon_case
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.process import ControlProcess
@@ -33,27 +36,19 @@ Process = ControlProcess[SnakeSnapshot]
 
 CASE, ROUTE = "colon-phantom", "colon-phantom-sample"
 STEP_S = 0.002  # as the page drives it
+_POSES = f"api/v1/steps/drive/poses?case={CASE}&plan={ROUTE}"
 _LOOK_S = 0.5  # a figure of the loop is one of the last half second
-_TURN_EVERY = 4  # looks in one direction: so far the tip comes that the links that bend are inside
+# What the hand does, over and over, s: so far in that the links that bend are inside; to a side and back again.
+_IN_S, _ASIDE_S = 6.0, 1.0
 _START_S = 600.0
 _OPENED = """() => {
   const { state } = window.vfix ?? {};
   return Boolean(state?.case?.id === "colon-phantom" && !state.case.loading && state.step?.name === "drive");
 }"""
 _READY = "() => ['ready', 'paused'].includes(vfix.state.rehearsal?.state)"
-_RUNS = "() => vfix.state.rehearsal?.state === 'running'"
 _DRAWN = "() => document.querySelector('#endoscope[data-ready=true]') !== null"
-_PRESS = """() => {
-  const start = document.querySelector('#start');
-  if (!start || start.disabled) return false;
-  start.click();
-  return true;
-}"""
-_NOW = """() => {
-  const { details } = vfix.state;
-  return [details.step_us, details.step_us_p99, details.lateness_us_p99, details.overruns, details.steps];
-}"""
 _NAMES = ("step_us", "step_us_p99", "lateness_us_p99")
+_TOLD = (*_NAMES, "overruns", "steps")
 
 
 def spec() -> SnakeSystemSpec:
@@ -76,19 +71,19 @@ def driven_alone() -> Iterator[Process]:
 
 
 def alone(process: Process, seconds: float) -> Figures:
-    """Drive a process for a while that nothing watches, and return the figures of its loop."""
-    found, end = list[tuple[float, ...]](), time.monotonic() + seconds
+    """Drive a process from the entry for a while that nothing watches, and return the figures of its loop."""
+    process.reset()
+    found, began = list[tuple[float, ...]](), time.monotonic()
     process.run()
-    while time.monotonic() < end:
-        axes = _axes(len(found))
+    while time.monotonic() < began + seconds:
         until = time.monotonic() + _LOOK_S
         while time.monotonic() < until:
-            process.axes(*axes)
+            process.axes(*_axes(time.monotonic() - began))
             time.sleep(BEAT_S)
         now = process.snapshot()
         if now is not None:
             t = now.timing
-            found.append((t.step_us, t.step_us_p99, t.lateness_us_p99, t.overruns, now.steps))
+            found.append((t.step_us, t.step_us_p99, t.lateness_us_p99, t.overruns, now.steps, now.progress_mm))
     process.release()
     process.pause()
     return _figures(found)
@@ -104,67 +99,112 @@ def begin(page: Page, address: str) -> None:
     await_true(page, _DRAWN)
 
 
-def on_page(page: Page, seconds: float) -> Figures:
-    """Drive on the page for a while by keys that are held, and return the figures of the loop."""
-    await_true(page, _PRESS)
-    await_true(page, _RUNS)
-    found, held, end = list[tuple[float, ...]](), "", time.monotonic() + seconds
-    while time.monotonic() < end:
-        x, _, insert = _axes(len(found))
-        key = "d" if x else "w" if insert > 0 else "s"
-        if key != held:
-            if held:
-                page.keyboard.up(held)
-            page.keyboard.down(key)
-            held = key
-        time.sleep(_LOOK_S)
-        found.append(tuple(page.evaluate(_NOW)))
-    page.keyboard.up(held)
-    await_true(page, _PRESS)
-    return _figures(found)
+class PageHand:
+    """Drives the robot that the page shows by messages, as fast as ``alone`` does; so the hand is not the page's.
+
+    A page whose pictures take a processor tells its keys too late for the robot, which stands then and costs nothing.
+    shown: sections of the state, the newest of each. Closed as its socket is.
+    """
+
+    def __init__(self, socket: Any) -> None:
+        self._socket, self.shown = socket, dict[str, Any]()
+        threading.Thread(target=self._listen, daemon=True).start()
+
+    def drive(self, seconds: float) -> Figures:
+        """Drive from the entry for a while, back to it, and return the figures of the loop."""
+        self._tell("rehearsal.take")
+        self._tell("rehearsal.start")
+        self._await(lambda shown: shown["rehearsal"]["state"] == "running")
+        found, began = list[tuple[float, ...]](), time.monotonic()
+        while time.monotonic() < began + seconds:
+            until = time.monotonic() + _LOOK_S
+            while time.monotonic() < until:
+                x, y, insert = _axes(time.monotonic() - began)
+                self._tell("axes", camera_x=x, camera_y=y, insert=insert)
+                time.sleep(BEAT_S)
+            details = self.shown["details"]
+            found.append((*(details[name] for name in _TOLD), self.shown["snake"]["depth_mm"]))
+        self._tell("axes")
+        self._tell("rehearsal.pause")
+        self._await(lambda shown: shown["rehearsal"]["state"] == "paused")
+        self._tell("rehearsal.reset")
+        self._await(lambda shown: shown["rehearsal"]["state"] == "ready" and shown["snake"]["depth_mm"] == 0.0)
+        return _figures(found)
+
+    def _tell(self, kind: str, **fields: float) -> None:
+        self._socket.send(json.dumps({"type": kind, **fields}))
+
+    def _await(self, what: Callable[[dict[str, Any]], bool]) -> None:
+        deadline = time.monotonic() + _START_S
+        while not what(self.shown):
+            if time.monotonic() > deadline:
+                raise BenchmarkRefused(f"the page's robot does not answer: {self.shown['rehearsal']}")
+            time.sleep(BEAT_S)
+
+    def _listen(self) -> None:
+        """Read until the connection ends."""
+        with suppress(_closed()):
+            for message in self._socket:
+                told = json.loads(message)
+                if told["type"] == "state":
+                    self.shown = self.shown | told["sections"]
 
 
-def _axes(look: int) -> tuple[float, float, float]:
-    """Return the hand's axes: in three times, to a side, and out again twice."""
-    stretch = look // _TURN_EVERY % 6
-    return (1.0, 0.0, 0.0) if stretch == 3 else (0.0, 0.0, 1.0 if stretch < 3 else -1.0)
+def _axes(elapsed_s: float) -> tuple[float, float, float]:
+    """Return the hand's axes: in, to the right, and back to the left."""
+    at = elapsed_s % (_IN_S + 2.0 * _ASIDE_S)
+    return (0.0, 0.0, 1.0) if at < _IN_S else (1.0 if at < _IN_S + _ASIDE_S else -1.0, 0.0, 0.0)
 
 
 def _figures(found: list[tuple[float, ...]]) -> Figures:
-    """Return the medians of half seconds, the worst 99th percentile of a step, and the share of late ticks."""
+    """Return the medians of half seconds, the worst 99th percentile of a step, the share of late ticks, and the depth
+    to which the tip came."""
     rows = np.array(found[1:], dtype=np.float64)  # the first figure has ticks of before
     told = {name: float(np.median(rows[:, at])) for at, name in enumerate(_NAMES)}
     ticks = rows[-1, 4] - rows[0, 4]
     late = (rows[-1, 3] - rows[0, 3]) / ticks if ticks > 0.0 else 0.0
-    return told | {"step_us_p99_most": float(rows[:, 1].max()), "overruns_share": float(late)}
+    most = {"step_us_p99_most": float(rows[:, 1].max()), "overruns_share": float(late)}
+    return told | most | {"depth_mm": float(rows[:, 5].max())}
 
 
 @contextmanager
-def watchers(address: str, count: int) -> Iterator[None]:
-    """Watch the drive of the sample route by so many connections."""
-    from websockets.sync.client import connect  # a benchmark without watchers needs none
-
+def watchers(address: str, count: int) -> Iterator[PageHand]:
+    """Watch the drive of the sample route by so many connections, and yield the hand that drives it."""
     from app.messages.version import VERSION
     from app.session.client_sessions import MAX_PAGES
 
+    pages = min(count, MAX_PAGES - 2)
+    with ExitStack() as stack:
+
+        def opened(path: str, role: str) -> Any:
+            socket = stack.enter_context(_connected(address, path))
+            if role:
+                socket.send(json.dumps({"type": "hello", "version": VERSION, "role": role}))
+            return socket
+
+        for number in range(count):
+            page = number < pages
+            path = f"session?tab=watcher-{number}&case={CASE}&step=drive" if page else _POSES
+            threading.Thread(target=_read, args=(opened(path, "watches" if page else ""),), daemon=True).start()
+        yield PageHand(opened(f"session?tab=hand-of-all&case={CASE}&step=drive", "holds"))
+
+
+def _connected(address: str, path: str) -> Any:
+    from websockets.sync.client import connect
+
     base, _, query = address.replace("http", "ws", 1).partition("?")
     headers = {"Authorization": f"Bearer {query.removeprefix('token=')}"}
-    pages = min(count, MAX_PAGES - 1)
-    paths = [f"session?tab=watcher-{number}&case={CASE}&step=drive" for number in range(pages)]
-    paths += [f"api/v1/steps/drive/poses?case={CASE}&plan={ROUTE}"] * (count - pages)
-    with ExitStack() as stack:
-        for path in paths:
-            socket = stack.enter_context(connect(f"{base}{path}", additional_headers=headers, max_size=None))
-            if path.startswith("session"):
-                socket.send(json.dumps({"type": "hello", "version": VERSION, "role": "watches"}))
-            threading.Thread(target=_read, args=(socket,), daemon=True).start()
-        yield
+    return connect(f"{base}{path}", additional_headers=headers, max_size=None)
 
 
 def _read(socket: Any) -> None:
     """Read until the connection ends."""
-    from websockets.exceptions import ConnectionClosed
-
-    with suppress(ConnectionClosed):
+    with suppress(_closed()):
         for _ in socket:
             pass
+
+
+def _closed() -> type[Exception]:
+    from websockets.exceptions import ConnectionClosed  # a benchmark without watchers needs none
+
+    return ConnectionClosed

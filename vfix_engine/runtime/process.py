@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import atexit
-import gc
 import multiprocessing
 import multiprocessing.process
-import signal
-import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -20,19 +17,14 @@ from weakref import WeakSet
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..error_places import error_places
-from ..errors import ControlError, VfixError
-from ..kernels.compile_progress import compilation_told
+from ..errors import ControlError
 from ..validate import FARTHEST_MM
-from .background import NoWorker, WorkerLink, Workers, work
-from .control_mode import Control, checked_control, first_control
-from .driver import Driver
+from .child_process import control_main, worker_main
+from .control_mode import Control, checked_control
 from .events import Event
-from .hand import INPUT_BYTES, Hand, HandInput, share
-from .loop import ControlLoop
+from .hand import INPUT_BYTES, HandInput, share
 from .mailbox import Mailbox
 from .outbox import Outbox
-from .priority import RealTimePriority
 from .requests import Request, Reset, SetControl
 from .ring import Ring, RowReader, written_rows
 from .run_recorder import FarEnd, RunRecorder
@@ -45,7 +37,6 @@ T = TypeVar("T", bound=Snapshot)
 
 START_TIMEOUT_S = 120.0  # without a word of a process that starts; one that compiles kernels tells each
 CLOSE_TIMEOUT_S = 0.5  # after this a process that has not ended is killed
-LAST_WORD_S = 0.5  # time for an ending process to send its reason
 UNANSWERED = "the control process does not answer, or nobody reads its events; close the rehearsal and start it again"
 CLOSED = "the rehearsal is closed"
 ENDED = "the control process ended; start the rehearsal again"
@@ -87,7 +78,7 @@ class ControlProcess(Generic[T]):
         if spec.has_worker:
             to_worker, to_control = context.Pipe()
             self._passed_on += [to_worker, to_control]
-            self._worker = context.Process(target=_work, args=(spec, to_control), name="vfix-worker", daemon=True)
+            self._worker = context.Process(target=worker_main, args=(spec, to_control), name="vfix-worker", daemon=True)
         self._ring = Ring.memory()
         self._readers: WeakSet[RowReader] = WeakSet()
         self._recorder = None
@@ -95,7 +86,7 @@ class ControlProcess(Generic[T]):
             self._recorder = RunRecorder(record, spec, context.Pipe(), self._ring, control, preset)
         log = FarEnd(self._ring.name, None if self._recorder is None else self._recorder.far)
         self._process = context.Process(
-            target=_main,
+            target=control_main,
             args=(self._out.name, self._in.name, self._theirs, real_time, to_worker, log, control),
             name="vfix-control",
             daemon=True,
@@ -377,48 +368,3 @@ def _stick(hand: HandInput, now: float) -> HandInput:
     if any(hand.axes) or hand.buttons:
         return replace(hand, stick=hand.stick.press(now))
     return replace(hand, stick=NOBODY)
-
-
-def _main(
-    out: str,
-    into: str,
-    pipe: Connection,
-    real_time: bool,
-    to_worker: Connection | None,
-    log: FarEnd,
-    control: Control | None,
-) -> None:
-    """Main function of the process: build the system, send 'ready', and loop until told to end or the pipe closes."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the planner, which closes this pipe
-    events = Outbox(pipe)
-    try:
-        spec: SystemSpec = pipe.recv()
-        with compilation_told(lambda count: events.put(Event("compiled", str(count)))):
-            system = spec.build()
-            system.prepare()
-        workers: Workers = NoWorker() if to_worker is None else WorkerLink(to_worker)
-        record = log.attach(system.row_layout)
-        driver = Driver(system, workers, record)
-        hand = Hand(control or first_control(spec.world))
-        mailboxes = Mailbox.attach(out), Mailbox.attach(into)
-        loop = ControlLoop(driver, *mailboxes, pipe, events, RealTimePriority(real_time), hand)
-        gc.collect()
-        gc.freeze()  # excludes the objects that exist now from later collections
-        events.put(Event("ready"))
-        loop.run()
-        record.flush(LAST_WORD_S)
-    except VfixError as error:
-        events.put(Event("refused", str(error)))
-    except EOFError:
-        pass  # closed before it started
-    except Exception as error:
-        print(error_places(error), file=sys.stderr)  # goes to the planner's log
-        words = f"the control process failed ({type(error).__name__}: {error}); start the rehearsal again"
-        events.put(Event("failed", words))
-    events.flush(LAST_WORD_S)
-
-
-def _work(spec: SystemSpec, pipe: Connection) -> None:
-    """Main function of the worker process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    work(spec, pipe)

@@ -72,7 +72,8 @@ class DiathermyState(NamedTuple):
     """The task at one moment.
 
     labels: one each. aimed: the label on which the marker is and is seen, None: none; cutting: its object is being
-    shortened, and the tip's way is drawn red. travel_mm: of the camera since the last label was done, or since the start.
+    shortened, and the tip's way is drawn red. travel_mm: of the camera since the last label was done, or since the
+    start.
     """
 
     labels: tuple[LabelProgress, ...]
@@ -98,9 +99,7 @@ def first_state(labels: Sequence[Label]) -> DiathermyState:
     return DiathermyState(tuple(LabelProgress() for _ in labels))
 
 
-def stepped(
-    labels: Sequence[Label], state: DiathermyState, sample: DiathermySample, sight: Sight
-) -> DiathermyState:
+def stepped(labels: Sequence[Label], state: DiathermyState, sample: DiathermySample, sight: Sight) -> DiathermyState:
     """The task after the next sample; samples come in the order of time.
 
     sight: asked only about the marker on the nearest label; where it is not free, no label is aimed at.

@@ -100,7 +100,8 @@ def test_nothing_refuses_the_insertion_of_a_bent_tip(arm: Arm) -> None:
 def test_a_live_insertion_ends_where_no_link_is_left(arm: Arm, motion: TissueMotion | None) -> None:
     """Five links of 28 mm in a lumen of 300 mm: their base does not follow them into it."""
     fixed = DriveSettings(arm=arm, vertices_per_link=30, bends=4)
-    spec = SnakeSystemSpec(LumenContours(TUBE.centre, TUBE.radius), SnakeModel(5), drive=fixed, tissue=motion, tip_s=138.0)
+    contours = LumenContours(TUBE.centre, TUBE.radius)
+    spec = SnakeSystemSpec(contours, SnakeModel(5), drive=fixed, tissue=motion, tip_s=138.0)
     system = spec.build()
     *_, state = run(system, system.start(), [hand(insert=1.0)] * 400)
     assert state.tip_s == 140.0
@@ -114,7 +115,7 @@ def test_shapes_of_an_insertion_are_planned_for_the_bend_only_where_a_bound_hold
     """A guided hand's bend may be far beyond its bounds: shapes with it inside are then sought in vain, and slowly."""
     asked = {}
     for arm in ("guided", "certified"):
-        fixed = DriveSettings(arm=arm, vertices_per_link=30, control="view", bound_mm=4.0)  # type: ignore[arg-type]
+        fixed = DriveSettings(arm=arm, vertices_per_link=30, control="view", bound_mm=4.0)
         contours = LumenContours(TUBE.centre, TUBE.radius)
         system = SnakeSystemSpec(contours, SnakeModel(8), drive=fixed, tissue=BREATH, tip_s=170.0).build()
         *_, state = run(system, system.start(), [hand(1.0)] * 800)

@@ -93,8 +93,9 @@ class PlanInputs:
     near: the robot's present or next shape, with its tip at ``tip_s`` mm; ``most``: rad, by which the
         shape that follows the tissue may differ from it.
     sign: of the insertion whose next shapes are requested, 0: none. spacing_mm: between two of them.
-    bend: (2L,) rad, the hand's bend relative to that shape, zeros where no bound holds it. bounds: kept by planned shapes where the link
-        is inside, less a reserve (L,) mm; the shape that follows the tissue keeps them including that bend.
+    bend: (2L,) rad, the hand's bend relative to that shape, zeros where no bound holds it. bounds: kept by planned
+        shapes where the link is inside, less a reserve (L,) mm; the shape that follows the tissue keeps them including
+        that bend.
     bends: position of the requested control bends, or None. view: start of a requested turn of the view, or None.
     """
 
