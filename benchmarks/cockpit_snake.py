@@ -90,13 +90,14 @@ def alone(process: Process, seconds: float) -> Figures:
 
 
 def begin(page: Page, address: str) -> None:
-    """Open the colon in Drive, with endoscope and scene, and place the robot at the entry."""
+    """Open the colon in Drive, with endoscope and scene, place the robot at the entry, and let its handle go."""
     opened = json.dumps(json.dumps({"case": CASE, "plan": None, "step": "drive"}))
     page.add_init_script(f'sessionStorage.setItem("vfix-open", {opened});')
     page.goto(address)
     await_true(page, _OPENED)
     await_true(page, _READY)
     await_true(page, _DRAWN)
+    page.evaluate("() => vfix.request('rehearsal.let_go', {})")
 
 
 class PageHand:
@@ -194,7 +195,7 @@ def _connected(address: str, path: str) -> Any:
 
     base, _, query = address.replace("http", "ws", 1).partition("?")
     headers = {"Authorization": f"Bearer {query.removeprefix('token=')}"}
-    return connect(f"{base}{path}", additional_headers=headers, max_size=None)
+    return connect(f"{base}{path}", additional_headers=headers, max_size=None, open_timeout=_START_S)
 
 
 def _read(socket: Any) -> None:
