@@ -57,7 +57,7 @@ export class EndoscopeView {
       class: "scope-picture", tabIndex: 0, role: "img", "aria-label": "Picture of the endoscope; ← and → turn its lens", title: "Drag turns the lens; double-click turns it back",
     });
     this.tools = new ScopeTools(this.canvas, (moves) => this.seenAnew(moves), () => this.save());
-    this.hand = new CameraHand(this.canvas, connection, page.keys);
+    this.hand = new CameraHand(root, this.canvas, connection, page.keys);
     this.arcs = new ForceArcs();
     this.aim = new AimFrame();
     this.marker = new AimMarker();
