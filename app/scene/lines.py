@@ -49,7 +49,7 @@ class GrowingLines:
 
     def __init__(self, view: SceneView, name: str, colour: tuple[int, int, int], thickness: float) -> None:
         """Create no node yet. thickness: mm."""
-        self._made = lambda number: Lines(view, f"{name}/{number}", colour, thickness)
+        self._view, self._name, self._look = view, name, (colour, thickness)
         self._nodes: list[Lines] = []
         self._count = 0  # of segments that are drawn
 
@@ -59,7 +59,7 @@ class GrowingLines:
             return
         for number in range(self._count // _CHUNK, -(-len(segments) // _CHUNK)):
             if number == len(self._nodes):
-                self._nodes.append(self._made(number))
+                self._nodes.append(Lines(self._view, f"{self._name}/{number}", *self._look))
             self._nodes[number].show(segments[number * _CHUNK : (number + 1) * _CHUNK])
         self._count = len(segments)
 
