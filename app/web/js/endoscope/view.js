@@ -283,7 +283,7 @@ export class EndoscopeView {
   /** @param {string} words why no poses of the drive come; '' where they do */
   told(words) {
     say(this.channelWords, words);
-    if (!words || !this.driven) return;
+    if (!words || !this.driven || this.own) return; // of a camera that is driven what is planned is the entry: the last picture is nearer to the truth
     this.driven = null;
     this.update(this.connection.state);
   }
