@@ -100,7 +100,9 @@ class RouteTasks:
         if path.base is None:
             raise InputError("labels are traced in the body cavity, from a fixed base; open that case.")
         case = replace(shipped_cavity(), pathway=path.lumen.pathway, snake=path.snake)
-        bends = BendMap(case.script().build())
+        script, bound = case.script(), path.settings  # the robot is driven with the route's bound
+        drive = replace(script.drive, bound_mm=bound.bound_mm, tip_bound_mm=bound.tip_bound_mm)
+        bends = BendMap(replace(script, drive=drive).build())
         return placed_labels(case, bends, choice.seed, min(choice.count, LABELS)).labels
 
     def _of_route(self, route: StoredRoute, path: RoutePath) -> PolypTask:

@@ -32,22 +32,31 @@ class CameraPose:
     look_at: Array
 
 
-def fill(width: float, height: float) -> float:
-    """Return the size of the view relative to the head: by the smaller side of a canvas [pixels], below its tools."""
+def fill(width: float, height: float, across: float = 1.0) -> float:
+    """Return the size of the view relative to the head: by the smaller side of a canvas [pixels], below its tools.
+
+    across: width of the head in this view, as a share of its largest size.
+    """
     if width <= 0.0 or height <= 0.0:
         return FILL
     free = max(height - 2.0 * TOOLS_PX, 0.5 * height)
-    return max(FILL, height / free, FILL * height / width)
+    return max(FILL, height / free, FILL * across * height / width)
 
 
-def standard_view(name: str, centre: Array, radius_mm: float, size_px: tuple[float, float] = (0.0, 0.0)) -> CameraPose:
-    """Return the camera pose of a view of a ball of ``radius_mm`` around ``centre``.
+def standard_view(
+    name: str, centre: Array, half_mm: Array | float, size_px: tuple[float, float] = (0.0, 0.0)
+) -> CameraPose:
+    """Return the camera pose of a view of a box around ``centre``, at a distance for a ball of its largest half size.
 
+    half_mm: (3,) half sizes of the box, or one for all; in a narrow canvas the width of the box in this view counts.
     size_px: width and height of the canvas; 0 where they are not known.
     """
+    half = np.broadcast_to(half_mm, 3)
     direction = np.array(DIRECTIONS[name])
     direction /= np.linalg.norm(direction)
-    distance = fill(*size_px) * radius_mm / np.sin(FIELD_OF_VIEW / 2.0)
+    right = np.array([direction[1], -direction[0], 0.0]) / np.hypot(direction[0], direction[1])
+    across = min(1.0, float(np.abs(right) @ half / half.max()))
+    distance = fill(*size_px, across) * float(half.max()) / np.sin(FIELD_OF_VIEW / 2.0)
     return CameraPose(centre + direction * distance, centre)
 
 

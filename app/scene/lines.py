@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 
 _CORNERS = 40  # of a ring
+_CHUNK = 64  # segments of a node of lines that grow
 
 
 class Lines:
@@ -41,6 +42,30 @@ class Lines:
     def remove(self) -> None:
         if self._node is not None:
             self._node.remove()
+
+
+class GrowingLines:
+    """Line segments that are only ever added to: in nodes of a few each, so that only the last one is sent again."""
+
+    def __init__(self, view: SceneView, name: str, colour: tuple[int, int, int], thickness: float) -> None:
+        """Create no node yet. thickness: mm."""
+        self._view, self._name, self._look = view, name, (colour, thickness)
+        self._nodes: list[Lines] = []
+        self._count = 0  # of segments that are drawn
+
+    def show(self, segments: Array) -> None:
+        """Draw these segments, which begin with those drawn before. segments: (n, 2, 3), LPS mm."""
+        if len(segments) == self._count:
+            return
+        for number in range(self._count // _CHUNK, -(-len(segments) // _CHUNK)):
+            if number == len(self._nodes):
+                self._nodes.append(Lines(self._view, f"{self._name}/{number}", *self._look))
+            self._nodes[number].show(segments[number * _CHUNK : (number + 1) * _CHUNK])
+        self._count = len(segments)
+
+    def remove(self) -> None:
+        for node in self._nodes:
+            node.remove()
 
 
 def ring(centre: Array, radius_mm: float) -> Array:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from app.scene import palette
-from app.scene.lines import Lines, circle, joined
+from app.scene.lines import GrowingLines, Lines, circle, joined
 from vfix_engine.arrays import Array, BoolArray
 
 if TYPE_CHECKING:
@@ -39,14 +39,18 @@ class LabelNodes:
         self._rims = Lines(view, "/drive/labels/rims", palette.TASK_LABEL, _RIM_MM)
         self._arrows = Lines(view, "/drive/labels/arrows", palette.TASK_LABEL, _ARROW_MM)
         self._objects = Lines(view, "/drive/labels/objects", palette.SOUGHT[2], _OBJECT_MM)
-        self._way = Lines(view, "/drive/labels/way", palette.TIP_WAY, _WAY_MM)
-        self._cut = Lines(view, "/drive/labels/cut", palette.TIP_CUT, _WAY_MM)
+        self._way = GrowingLines(view, "/drive/labels/way", palette.TIP_WAY, _WAY_MM)
+        self._cut = GrowingLines(view, "/drive/labels/cut", palette.TIP_CUT, _WAY_MM)
         self._names: list[SceneLabel] = []
 
     def show(self, labels: tuple[LabelShape, ...], way: Array, red: BoolArray) -> None:
-        """way: (n, 3) LPS mm of the tip; red: (n,) where it was cutting."""
-        self._rims.show(np.concatenate([joined(circle(one.centre, one.normal, RADIUS_MM)) for one in labels]))
-        self._arrows.show(np.concatenate([_arrow(one) for one in labels]))
+        """labels: the same each time, but for what is left on them.
+
+        way: (n, 3) LPS mm of the tip so far, which only grows; red: (n,) where it was cutting.
+        """
+        if not self._names:
+            self._rims.show(np.concatenate([joined(circle(one.centre, one.normal, RADIUS_MM)) for one in labels]))
+            self._arrows.show(np.concatenate([_arrow(one) for one in labels]))
         left = [_line(one, one.end_mm, HALF_MM) for one in labels if one.end_mm < HALF_MM]
         self._objects.show(np.array(left) if left else np.zeros((0, 2, 3)))
         pieces = np.stack([way[:-1], way[1:]], axis=1) if len(way) > 1 else np.zeros((0, 2, 3))

@@ -55,16 +55,16 @@ class CameraView:
         if self._scene is None:
             return
         self._pivot, self._turned = None, True
-        centre, radius = self._case.extent()
+        centre, half = self._case.extent()
         if name == "nose":
             places = np.array(self.places())
             if len(places):  # without a position a near view would be of the inside of the head: the whole case then
                 centre = (places.min(axis=0) + places.max(axis=0)) / 2.0
                 around = 0.5 * float(np.linalg.norm(np.ptp(places, axis=0))) + NEAR_MARGIN_MM
-                radius = max(LEAST_RADIUS_MM, around)
+                half = np.full(3, max(LEAST_RADIUS_MM, around))
         lens = self._scene.lens
         self._size = (0, 0) if lens is None else (lens.width, lens.height)
-        self._view, self._pose = name, standard_view(name, centre, radius, self._size)
+        self._view, self._pose = name, standard_view(name, centre, half, self._size)
         self._scene.look_from(self._pose)
 
     def turn_about(self, position: Array) -> None:

@@ -215,11 +215,11 @@ class CaseView:
         )
         return [anatomy, pictures, *self._skin.layers(look, surface.key)]
 
-    def extent(self) -> tuple[Array, float]:
-        """Centre [LPS mm] and radius [mm] of what is shown."""
+    def extent(self) -> tuple[Array, Array]:
+        """Centre (3,) [LPS mm] and half sizes (3,) [mm] of what is shown, with its letters."""
         if self.surface is None:
-            return np.zeros(3), 120.0
-        return self.surface.bounds.mean(axis=0), 0.5 * float(np.ptp(self.surface.bounds, axis=0).max()) + LETTER_GAP_MM
+            return np.zeros(3), np.full(3, 120.0)
+        return self.surface.bounds.mean(axis=0), 0.5 * np.ptp(self.surface.bounds, axis=0) + LETTER_GAP_MM
 
     def hit(self, ray: ClickRay) -> Hit | None:
         """The first intersection of a click: displayed bone or skin, or a CT plane in the scene."""

@@ -97,6 +97,8 @@ test("a capsule has its radius about its axis, a tube about its way", () => {
   assert.equal(bent.positions.length / 18, 3, "places that are too near are one");
   assert.ok([...bent.positions].every(Number.isFinite));
   assert.equal(tube([], 0.3).indices.length, 0);
+  const back = tube([[0, 0, 0], [0, 0, 5], [0, 0, 0], [3, 0, 0]], 0.3); // in, and out the same way
+  assert.ok([...back.positions, ...back.normals].every(Number.isFinite));
 });
 
 test("a difference of two modes says of how many plans it is", () => {

@@ -23,7 +23,8 @@ const LIVE = ["ready", "running", "paused"];
 const STATE_WORDS = { absent: "Not in place yet.", ready: "At the entry.", running: "Running.", paused: "Paused where it is." };
 const HELP = "In the picture: the wheel inserts and retracts 5 mm a notch, with the bend that the tip has; a drag moves what is seen along with the pointer, so the camera goes the other way; releasing it is the clutch. "
   + "Keys: W S insert and retract, A D turn to the sides, Space pauses and Continue goes on, J changes the joint of a manual hand. "
-  + "Gamepad: triggers insert, the right stick turns. SpaceMouse: slides turn; with a button held, a push inserts.";
+  + "Gamepad: triggers insert, the right stick turns. SpaceMouse: slides turn; with a button held, a push inserts. "
+  + "Pink rings are polyps and labels that were put on the route by hand or by seed; behind a fold they are faint.";
 /** @type {Record<DeviceKind, string>} */
 const NAMES = { mouse: "Mouse", keys: "Keys", gamepad: "Gamepad", "space-mouse": "SpaceMouse" };
 

@@ -69,7 +69,7 @@ function drawnFrom(now) {
 /** @param {TaskNowView} now */
 function progress(now) {
   const { of, cleared, held_s: held, hold_s: hold, viewed, completed } = now;
-  const words = completed ? "End reached" : cleared === of ? "All viewed" : `Polyp ${cleared + 1} of ${of}`;
+  const words = completed ? "End reached" : cleared === of ? "All viewed" : `${cleared} of ${of} viewed`; // no number: those in 3D are by place
   const share = hold > 0 ? Math.min(1, held / hold) : 0;
   return html`<dl class="facts" id="task-facts"><dt>${words}</dt><dd>${viewed ? `${fixed(held, 1)} of ${fixed(hold, hold % 1 ? 1 : 0)} s` : cleared === of || completed ? "" : "Not in view"}</dd></dl>
     <div class="progress"><div style=${`width: ${(100 * share).toFixed(1)}%`}></div></div>

@@ -59,7 +59,7 @@ export class ToolButton {
   }
 }
 
-/** @param {Pick<MouseEvent, "target">} event */
+/** On the picture or the black around it. @param {Pick<MouseEvent, "target">} event */
 function inPicture({ target }) {
-  return target instanceof Element && target.classList.contains("scope-picture");
+  return target instanceof Element && ["scope-picture", "endoscope"].some((name) => target.classList.contains(name));
 }

@@ -16,7 +16,9 @@ from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.proximity.fields.side import SurfaceSide
 from vfix_engine.proximity.proximity import ProximityTree
-from vfix_engine.worlds.snake.cavity import BASE_MM, cavity_case
+from vfix_engine.study.diathermy import placing
+from vfix_engine.study.diathermy.bend_map import BendMap
+from vfix_engine.worlds.snake.cavity import BASE_MM, CavityCase, cavity_case
 
 ENDS = Route(entry=(0.0, 0.0, 0.0), end=(0.0, 0.0, 250.0))
 
@@ -57,6 +59,27 @@ def test_labels_in_a_colon_are_refused(phantom_services: Services, monkeypatch: 
     monkeypatch.setattr(routes.paths, "wait", lambda route: dataclasses.replace(cavity_path(ENDS), base=None))
     with pytest.raises(InputError, match="open that case"):
         routes.tasks.labels(sample, TaskChoice("labels"))
+
+
+def test_labels_are_drawn_within_the_bound_of_the_route(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    routes = phantom_services.lumen_routes
+    (sample,) = routes.documents.list(CAVITY_PHANTOM)
+    maps: list[BendMap] = []
+
+    def drawn(case: CavityCase, bends: BendMap, seed: int, count: int) -> placing.PlacedLabels:
+        maps.append(bends)
+        return placing.PlacedLabels((), (), 0, 0, 0, seed)
+
+    monkeypatch.setattr(placing, "placed_labels", drawn)
+    for bound_mm in (None, 2.0):
+        path = cavity_path(Route(entry=ENDS.entry, end=ENDS.end, bound_mm=bound_mm))
+        monkeypatch.setattr(routes.paths, "wait", lambda route, path=path: path)
+        routes.tasks.labels(sample, TaskChoice("labels"))
+    usual, narrow = maps
+    assert narrow.context.bound.max() == 2.0
+    assert usual.context.bound.max() > 2.0
 
 
 def _nearest(mesh: TriangleMesh, point: np.ndarray) -> float:

@@ -21,6 +21,7 @@ class Scene:
 
     def __init__(self) -> None:
         self.nodes: dict[str, Any] = {}
+        self.sent: list[tuple[str, int]] = []  # names and numbers of line segments
 
     def _add(self, name: str, **values: Any) -> Any:
         node = SimpleNamespace(visible=True, removed=False, **values)
@@ -34,6 +35,7 @@ class Scene:
         return node
 
     def add_line_segments(self, name: str, points: Any, colors: Any, **_: Any) -> Any:
+        self.sent.append((name, len(points)))
         return self._add(name, points=points, colors=colors)
 
     def add_image(self, name: str, image: Any, width: float, height: float, **_: Any) -> Any:
@@ -121,7 +123,28 @@ def test_labels_of_a_task_go_with_their_numbers() -> None:
     nodes.show(shapes, way, red)
     nodes.show(shapes, way, red)
     assert [label.text for label in labels.shown()] == ["1", "2"]
-    assert scene.nodes["/drive/labels/cut"].points.tolist() == [[[1.0, 0.0, 9.0], [2.0, 0.0, 9.0]]]
+    assert scene.nodes["/drive/labels/cut/0"].points.tolist() == [[[1.0, 0.0, 9.0], [2.0, 0.0, 9.0]]]
     nodes.remove()
     assert labels.shown() == []
+    assert all(node.removed for node in scene.nodes.values())
+
+
+def test_of_the_way_of_a_tip_only_what_is_new_is_sent() -> None:
+    """A task takes minutes: with the whole way each time, what is sent would grow with its square."""
+    scene = Scene()
+    nodes = LabelNodes(SimpleNamespace(scene=scene, labels=SceneLabels(scene)))  # type: ignore[arg-type]
+    along, normal = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    shapes = (LabelShape(np.zeros(3), normal, along, -10.0, "1"),)
+    way = np.column_stack([np.arange(1001.0), np.zeros(1001), np.full(1001, 9.0)])
+    red = np.arange(1001) % 400 > 200
+    for count in range(1, 1002):
+        nodes.show(shapes, way[:count], red[:count])
+    ways = [(name, count) for name, count in scene.sent if name.startswith(("/drive/labels/way", "/drive/labels/cut"))]
+    assert max(count for _, count in ways) <= 64
+    assert len(ways) == 1000  # each segment with the few of its node
+    assert sum(name in ("/drive/labels/rims", "/drive/labels/arrows") for name, _ in scene.sent) == 2
+    for kind, wanted in (("way", ~red[1:]), ("cut", red[1:])):
+        drawn = [node.points for name, node in scene.nodes.items() if name.startswith(f"/drive/labels/{kind}/")]
+        assert np.array_equal(np.concatenate(drawn), np.stack([way[:-1], way[1:]], axis=1)[wanted])
+    nodes.remove()
     assert all(node.removed for node in scene.nodes.values())

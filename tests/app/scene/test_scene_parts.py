@@ -71,6 +71,16 @@ def test_the_scale_is_that_of_the_place_looked_at() -> None:
     assert (b[0] - a[0]) * lens.width * lens.view_height_mm / lens.height == pytest.approx(10.0)
 
 
+def test_a_narrow_canvas_is_filled_by_the_width_of_what_is_shown() -> None:
+    half = np.array([60.0, 30.0, 180.0])
+    tall, ball = (camera.standard_view("anterior", np.zeros(3), size, (200, 700)) for size in (half, 180.0))
+    away, ball_away = (float(np.linalg.norm(view.position)) for view in (tall, ball))
+    view_height = 2.0 * away * np.tan(camera.FIELD_OF_VIEW / 2.0)
+    assert away < 0.5 * ball_away
+    assert view_height * 200 / 700 > 2.0 * half[0]
+    assert view_height * (700 - 2 * camera.TOOLS_PX) / 700 > 2.0 * half[2]
+
+
 def test_what_lies_behind_the_camera_has_no_place() -> None:
     lens = _lens("anterior")
     assert np.isnan(lens.project(2 * lens.position - lens.look_at)).all()

@@ -18,7 +18,7 @@ def test_a_near_view_of_nothing_stays_outside_the_head() -> None:
     seen: list[CameraPose] = []
     labels = SimpleNamespace(leave_to_page=lambda by_page: None)
     scene: Any = SimpleNamespace(look_from=seen.append, lens=None, labels=labels)
-    view = CameraView(SimpleNamespace(extent=lambda: (CENTRE, RADIUS)))  # type: ignore[arg-type]
+    view = CameraView(SimpleNamespace(extent=lambda: (CENTRE, np.full(3, RADIUS))))  # type: ignore[arg-type]
     view.attach(scene)
     for name in ("nose", "anterior"):
         view.look_from(name)

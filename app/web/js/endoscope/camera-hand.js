@@ -51,11 +51,13 @@ export function stillOwed({ right, down, depth }, { camera_x: x, camera_y: y }, 
 
 export class CameraHand {
   /**
+   * @param {HTMLElement} pane the picture and the black around it: a hand may begin on either
    * @param {HTMLElement} picture
    * @param {Connection} connection
    * @param {Keys} keys
    */
-  constructor(picture, connection, keys) {
+  constructor(pane, picture, connection, keys) {
+    this.pane = pane;
     this.picture = picture;
     this.connection = connection;
     this.keys = keys;
@@ -68,10 +70,10 @@ export class CameraHand {
     /** @type {ReturnType<typeof setInterval> | undefined} */
     this.timer = undefined;
     this.nearer = { left: Infinity, at: 0 };
-    picture.addEventListener("pointerdown", (event) => this.press(event));
-    picture.addEventListener("pointermove", (event) => this.drag(event));
-    for (const end of /** @type {const} */ (["pointerup", "pointercancel", "lostpointercapture"])) picture.addEventListener(end, () => this.release());
-    picture.addEventListener("wheel", (event) => this.turn(event), { passive: false });
+    pane.addEventListener("pointerdown", (event) => this.press(event));
+    pane.addEventListener("pointermove", (event) => this.drag(event));
+    for (const end of /** @type {const} */ (["pointerup", "pointercancel", "lostpointercapture"])) pane.addEventListener(end, () => this.release());
+    pane.addEventListener("wheel", (event) => this.turn(event), { passive: false });
     window.addEventListener(LET_GO, () => this.stop());
   }
 
@@ -82,7 +84,7 @@ export class CameraHand {
   follow(state, on) {
     if (this.on && !(on && drives(state))) this.stop();
     this.on = on;
-    this.picture.classList.toggle("scope-hand", on);
+    this.pane.classList.toggle("scope-hand", on);
   }
 
   get ready() {
@@ -91,7 +93,8 @@ export class CameraHand {
 
   /** @param {PointerEvent} event */
   press(event) {
-    if (!this.ready || event.button !== 0) return;
+    if (!this.ready || event.button !== 0 || (event.target !== this.picture && event.target !== this.pane)) return; // what lies over them is pressed itself
+    if (event.target === this.pane) this.pane.setPointerCapture(event.pointerId); // the picture captures its own
     this.dragging = true;
     this.begin();
   }

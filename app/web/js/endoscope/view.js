@@ -57,7 +57,7 @@ export class EndoscopeView {
       class: "scope-picture", tabIndex: 0, role: "img", "aria-label": "Picture of the endoscope; ← and → turn its lens", title: "Drag turns the lens; double-click turns it back",
     });
     this.tools = new ScopeTools(this.canvas, (moves) => this.seenAnew(moves), () => this.save());
-    this.hand = new CameraHand(this.canvas, connection, page.keys);
+    this.hand = new CameraHand(root, this.canvas, connection, page.keys);
     this.arcs = new ForceArcs();
     this.aim = new AimFrame();
     this.marker = new AimMarker();
@@ -283,7 +283,7 @@ export class EndoscopeView {
   /** @param {string} words why no poses of the drive come; '' where they do */
   told(words) {
     say(this.channelWords, words);
-    if (!words || !this.driven) return;
+    if (!words || !this.driven || this.own) return; // of a camera that is driven what is planned is the entry: the last picture is nearer to the truth
     this.driven = null;
     this.update(this.connection.state);
   }

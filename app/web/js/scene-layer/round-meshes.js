@@ -52,7 +52,8 @@ export function tube(way, radius) {
   /** @type {number[]} */
   const normals = [];
   places.forEach((place, index) => {
-    const along = minus(places[Math.min(index + 1, places.length - 1)], places[Math.max(index - 1, 0)]);
+    const before = places[Math.max(index - 1, 0)], after = places[Math.min(index + 1, places.length - 1)];
+    const chord = minus(after, before), along = length(chord) > 0 ? chord : minus(place, before); // none where the way turns round
     const [u, v] = across(along);
     for (let side = 0; side < SIDES; side += 1) {
       const turn = (2 * Math.PI * side) / SIDES, [c, s] = [Math.cos(turn), Math.sin(turn)];
