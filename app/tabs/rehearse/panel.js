@@ -6,6 +6,7 @@ import { EndCard } from "/static/js/end-card.js";
 import { isOld } from "/static/js/verdict-line.js";
 import { fixed, mm } from "/static/js/format.js";
 import { holdButton } from "/static/js/hold.js";
+import { isTrial } from "/static/js/led-study.js";
 import { NearnessGauge } from "/static/js/nearness.js";
 import { say } from "/static/js/said.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
@@ -132,7 +133,7 @@ export default class RehearsePanel {
     const adjustable = live && Boolean(rehearsal.mine);
     this.changedFields([state.settings, adjustable], () => this.renderFields(state.settings, adjustable));
     const freehand = isFree(rehearsal);
-    this.controls.update(state, live ? Boolean(rehearsal.mine) : Boolean(rehearsal.mine || rehearsal.can_take));
+    this.controls.update(state, !isTrial(state) && (live ? Boolean(rehearsal.mine) : Boolean(rehearsal.mine || rehearsal.can_take)));
     this.truth.update(state);
     this.rehearsalOptions.update(state);
     this.rehearsalOptions.element.hidden = freehand; // nothing holds that tool

@@ -68,6 +68,8 @@ export class Layouts {
     this.plain = /** @type {Layout} */ (recall("layout-several", PLAIN, "one-three")); // of several views, without the endoscope
     this.several = SEVERAL.includes(this.layout) ? this.layout : this.plain; // the one of several views that was shown last
     this.folded = recall("panel", ["folded", "open"], "open") === "folded";
+    this.fixed = /** @type {Layout | null} */ (null); // the one that cannot be left now
+    this.beforeFixed = /** @type {Layout | null} */ (null);
     this.available = true; // whether there are slices to show
     this.sliced = true; // or may be, of such a case
     this.path = false; // and a view across a path
@@ -136,6 +138,7 @@ export class Layouts {
 
   /** @param {Layout} layout */
   set(layout) {
+    if (this.fixed) return;
     this.layout = layout;
     if (SEVERAL.includes(layout)) this.several = layout;
     if (PLAIN.includes(layout)) {
@@ -143,6 +146,20 @@ export class Layouts {
       keep("layout-several", layout);
     }
     keep(this.first ? "layout-first" : "layout", layout);
+    this.render();
+  }
+
+  /**
+   * Show a layout that cannot be left, such as during a trial of a study; null: the one from before again.
+   * @param {Layout | null} layout
+   */
+  fix(layout) {
+    if (layout === this.fixed) return;
+    const before = this.beforeFixed ?? this.layout;
+    this.fixed = null;
+    this.set(layout ?? before);
+    this.beforeFixed = layout ? before : null;
+    this.fixed = layout;
     this.render();
   }
 

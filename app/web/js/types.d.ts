@@ -1409,6 +1409,63 @@ export interface ScopePoseView {
   side: [number, number, number];
 }
 
+/**
+ * The open study. consent: its text; next: what the subject does next; each, total: trials of a condition, of all.
+ *
+ * trial: the next one; the last before a questionnaire; None when all is done. break_min: due before it, 0 for none.
+ * missing, attached: of the subject; those with a run by their position.
+ */
+export interface LedStudyView {
+  id: string;
+  name: string;
+  revision: number;
+  can_undo: boolean;
+  can_redo: boolean;
+  subjects: SubjectView[];
+  subject: string;
+  next: "consent" | "trial" | "questionnaire" | "done";
+  consent: string;
+  trial: TrialView | null;
+  each: number;
+  total: number;
+  break_min: number;
+  missing: MissingView[];
+  attached: number[];
+}
+
+/** A subject, by its code, and how far it is. */
+export interface SubjectView {
+  code: string;
+  done: number;
+  skipped: number;
+}
+
+/**
+ * The next trial. position: in the subject's order; number: of the condition; running: it has begun.
+ *
+ * preset: a paper's parameters, None for the plan's own; view: that is shown, None for any.
+ */
+export interface TrialView {
+  position: number;
+  number: number;
+  label: string;
+  case_id: string;
+  plan_id: string;
+  plan: string;
+  tool: string;
+  mode: "freehand" | "hands-on" | "teleoperated";
+  preset: "li2004" | "li2007" | null;
+  view: "outside" | "endoscope" | null;
+  running: boolean;
+}
+
+/** A trial that was skipped, and why. */
+export interface MissingView {
+  position: number;
+  label: string;
+  reason: string;
+}
+
 export interface Hello {
   id?: number | null;
   type: "hello";
@@ -2445,6 +2502,7 @@ export interface ViewModel {
   snake?: SnakeView | null;
   step?: TabSection;
   structures?: StructuresSection;
+  study?: LedStudyView | null;
   tool?: ToolSection;
   truth?: TruthSection;
   versions?: VersionsSection | null;
@@ -3024,6 +3082,51 @@ export interface Commands {
   "structure.show": {
     structure_id?: string | null;
     shown: boolean;
+  };
+  "study.answer": {
+    subject: string;
+    ratings: [number, number, number, number, number, number];
+    revision?: number | null;
+  };
+  "study.attach": {
+    subject: string;
+    run_id?: string;
+    revision?: number | null;
+  };
+  "study.begin": {
+    subject: string;
+    revision?: number | null;
+  };
+  "study.consent": {
+    subject: string;
+    revision?: number | null;
+  };
+  "study.new": {
+    text: string;
+    revision?: number | null;
+  };
+  "study.redo": {
+    revision?: number | null;
+  };
+  "study.repeat": {
+    subject: string;
+    position: number;
+    revision?: number | null;
+  };
+  "study.show": {
+    study_id: string | null;
+  };
+  "study.skip": {
+    subject: string;
+    reason: string;
+    revision?: number | null;
+  };
+  "study.subject": {
+    subject: string;
+    revision?: number | null;
+  };
+  "study.undo": {
+    revision?: number | null;
   };
   "suggestion.hide": {};
   "suggestion.show": {

@@ -1,0 +1,159 @@
+// Study: whose turn it is, and the one thing that is next: consent, a trial, or a questionnaire.
+import { note } from "/static/js/dialogs.js";
+import { h } from "/static/js/dom.js";
+import { jobWatch } from "/static/js/jobs.js";
+import { closeStudy, isTrial, openStudy } from "/static/js/led-study.js";
+import { draw, filesButton, hintLine, html, iconTool, nothing, repeat, titled } from "/static/js/template.js";
+
+/** @import { Connection } from "/static/js/connection.js" */
+/** @import { Commands, LedStudyView, TrialView, ViewModel } from "/static/js/types.js" */
+
+/** @type {[string, string, string][]} name, low end, high end; in the order of the planner's */
+const SCALES = [
+  ["Mental demand", "low", "high"], ["Physical demand", "low", "high"], ["Temporal demand", "low", "high"],
+  ["Performance", "perfect", "failure"], ["Effort", "low", "high"], ["Frustration", "low", "high"],
+];
+const MIDDLE = 50;
+const TLX_HELP = "NASA-TLX without weights: six scales of 0 to 100 in steps of 5. Each has to be moved or clicked once.";
+const TRIAL_HELP = "Begin opens the plan in Rehearse, in its mode and view. Press Finish run there at the end; the run becomes the trial.";
+
+export default class StudyPanel {
+  /** @param {{ connection: Connection }} page */
+  constructor({ connection }) {
+    this.connection = connection;
+    this.element = h("div", { id: "study" });
+    this.reason = "";
+    this.agreed = "";
+    /** @type {{ at: string, values: (number | null)[] }} */
+    this.rated = { at: "", values: [] };
+    /** @type {string[]} jobs that store a run now */
+    this.storing = [];
+    jobWatch.addEventListener("change", () => this.hear());
+  }
+
+  /** A run that was stored is the trial that goes on. */
+  hear() {
+    const now = jobWatch.items.filter(({ kind }) => kind === "run").map(({ id }) => id);
+    const stored = this.storing.some((id) => !now.includes(id));
+    this.storing = now;
+    if (stored && isTrial(this.connection.state)) this.attach();
+  }
+
+  async attach() {
+    const { study } = this.connection.state;
+    if (study && await this.ask("study.attach", { subject: study.subject })) await this.ask("step.set", { name: "study" });
+  }
+
+  /**
+   * @template {keyof Commands} K
+   * @param {K} type
+   * @param {Commands[K]} said
+   */
+  async ask(type, said) {
+    try {
+      await this.connection.request(type, said);
+      return true;
+    } catch (error) {
+      note(error instanceof Error ? error.message : String(error), { error: true });
+      return false;
+    }
+  }
+
+  /** @param {ViewModel} state */
+  update({ study }) {
+    if (!study) return;
+    const done = study.subjects.find(({ code }) => code === study.subject);
+    const tools = html`${iconTool("undo", "Undo", () => this.ask("study.undo", {}), { operation: "study.undo", off: !study.can_undo })}${
+      iconTool("redo", "Redo", () => this.ask("study.redo", {}), { operation: "study.redo", off: !study.can_redo })}${
+      iconTool("blocked", "Close study", () => closeStudy(this.connection), { id: "close-study" })}`;
+    draw(this.element, html`
+      <div class="group">${titled(study.name, tools, html`
+        <label class="field"><span>Subject</span><select id="study-subject" data-operation="study.subject" @change=${(/** @type {Event} */ { currentTarget }) => this.ask("study.subject", { subject: /** @type {HTMLSelectElement} */ (currentTarget).value })}>
+          ${study.subjects.map(({ code, done: runs, skipped }) => html`<option value=${code} ?selected=${code === study.subject}>${code}: ${runs + skipped} of ${study.total}</option>`)}</select></label>
+        <progress class="study-progress" aria-label="Trials done" max=${study.total} value=${(done?.done ?? 0) + (done?.skipped ?? 0)}></progress>`)}</div>
+      <div class="group" id="study-next">${this.next(study)}</div>
+      ${study.missing.length ? html`<div class="group">${titled("Missing trials", null, html`<ul class="list two-lines plain-rows" id="study-missing">${repeat(study.missing, ({ position }) => position, ({ position, label, reason }) => html`
+        <li class="row"><span class="row-main"><span>Trial ${position}: ${label}</span><span class="row-sub">${reason}</span></span>
+          <div class="row-tools"><button type="button" data-operation="study.repeat" @click=${() => this.ask("study.repeat", { subject: study.subject, position })}>Repeat</button></div></li>`)}</ul>`)}</div>` : nothing}
+      <div class="group"><div class="buttons">
+        ${study.attached.length ? html`<button type="button" data-operation="study.repeat" @click=${() => this.ask("study.repeat", { subject: study.subject, position: Math.max(...study.attached) })}>Repeat last trial</button>` : nothing}
+        <span data-operation="study.new">${filesButton({ id: "open-study", input: "study-file", words: "Open another", disabled: false, accept: ".toml" }, ([file]) => openStudy(this.connection, file))}</span></div></div>`);
+  }
+
+  /** The one thing that is next. @param {LedStudyView} study */
+  next(study) {
+    const { trial } = study;
+    if (study.next === "consent") return this.consent(study);
+    if (study.next === "done" || !trial) return titled("All done", null, html`<p class="words">Every subject has all trials.</p>`);
+    return study.next === "questionnaire" ? this.questionnaire(study, trial) : this.trial(study, trial);
+  }
+
+  /** @param {LedStudyView} study */
+  consent({ consent, subject }) {
+    const agreed = this.agreed === subject;
+    return titled("Consent", null, html`
+      <p class="study-consent" id="consent-text">${consent}</p>
+      <label class="check"><input type="checkbox" id="consent-read" .checked=${agreed} @change=${(/** @type {Event} */ { currentTarget }) => { this.agreed = /** @type {HTMLInputElement} */ (currentTarget).checked ? subject : ""; this.update(this.connection.state); }}> ${subject} agrees</label>
+      <button type="button" class="primary wide" data-operation="study.consent" ?disabled=${!agreed} @click=${() => this.ask("study.consent", { subject })}>Confirm consent</button>`);
+  }
+
+  /** @param {LedStudyView} study @param {TrialView} trial */
+  trial(study, trial) {
+    const { subject, total, each } = study;
+    return titled(`Trial ${trial.position} of ${total}`, null, html`
+      ${study.break_min ? html`<p class="words" id="study-break" role="status">Break first: ${study.break_min} min.</p>` : nothing}
+      <dl class="facts" id="study-trial"><dt>Subject</dt><dd>${subject}</dd><dt>Mode</dt><dd>${trial.mode}</dd><dt>Plan</dt><dd>${trial.plan}</dd><dt>Tool</dt><dd>${trial.tool}</dd>${
+        trial.preset ? html`<dt>Parameters</dt><dd>${trial.preset}</dd>` : nothing}${
+        trial.view ? html`<dt>View</dt><dd>${trial.view}</dd>` : nothing}<dt>In this mode</dt><dd>${trial.number} of ${each}</dd></dl>
+      ${hintLine("study-words", trial.running ? "The trial goes on in Rehearse." : "The subject drives next.", TRIAL_HELP)}
+      ${trial.running
+        ? html`<div class="buttons even"><button type="button" class="primary" @click=${() => this.set(trial)}>Back to trial</button>
+          <button type="button" data-operation="study.attach" @click=${() => this.attach()}>Attach run</button></div>`
+        : html`<button type="button" class="primary wide" id="begin-trial" data-operation="study.begin" @click=${() => this.begin(study, trial)}>Begin trial</button>`}
+      <div class="beside"><input id="skip-reason" aria-label="Why it is skipped" placeholder="Reason" maxlength="200" .value=${this.reason} @input=${(/** @type {Event} */ { currentTarget }) => { this.reason = /** @type {HTMLInputElement} */ (currentTarget).value; this.update(this.connection.state); }}>
+        <button type="button" data-operation="study.skip" ?disabled=${!this.reason.trim()} @click=${() => this.skip(subject)}>Skip trial</button></div>`);
+  }
+
+  /** @param {string} subject */
+  async skip(subject) {
+    if (!await this.ask("study.skip", { subject, reason: this.reason.trim() })) return;
+    this.reason = "";
+    this.update(this.connection.state);
+  }
+
+  /** @param {LedStudyView} study @param {TrialView} trial */
+  async begin({ subject }, trial) {
+    const { rehearsal } = this.connection.state;
+    if (rehearsal?.state && rehearsal.state !== "absent" && !await this.ask("rehearsal.end", {})) return; // a run of before is no trial
+    if (await this.ask("study.begin", { subject })) await this.set(trial);
+  }
+
+  /** Open what the trial is driven with. @param {TrialView} trial */
+  async set({ case_id: head, plan_id: plan, mode, preset }) {
+    const { state } = this.connection;
+    if (state.case?.id !== head && !await this.ask("case.open", { case_id: head })) return;
+    if (this.connection.state.plan?.id !== plan && !await this.ask("plan.open", { plan_id: plan })) return;
+    if (!await this.ask("rehearsal.control", { mode, device: mode === "teleoperated" ? "rate" : "position", preset })) return;
+    await this.ask("step.set", { name: "rehearse" });
+  }
+
+  /** @param {LedStudyView} study @param {TrialView} trial */
+  questionnaire(study, trial) {
+    const at = `${study.id}/${study.subject}/${trial.position}`;
+    if (this.rated.at !== at) this.rated = { at, values: SCALES.map(() => null) };
+    const { values } = this.rated;
+    return titled("Questionnaire", null, html`
+      ${hintLine("tlx-words", `${study.subject}: how was ${trial.label}?`, TLX_HELP)}
+      ${SCALES.map(([name, low, high], index) => html`<label class="study-scale"><span>${name}<output>${values[index] ?? "–"}</output></span>
+        <input type="range" min="0" max="100" step="5" aria-label=${name} .value=${String(values[index] ?? MIDDLE)} ?data-unset=${values[index] === null}
+          @input=${(/** @type {Event} */ event) => this.rate(index, event)} @click=${(/** @type {Event} */ event) => this.rate(index, event)}>
+        <span class="study-ends"><span>${low}</span><span>${high}</span></span></label>`)}
+      <button type="button" class="primary wide" data-operation="study.answer" ?disabled=${values.includes(null)} @click=${() => this.ask("study.answer", { subject: study.subject, ratings: /** @type {Commands["study.answer"]["ratings"]} */ (values) })}>Save answers</button>`);
+  }
+
+  /** @param {number} index @param {Event} event */
+  rate(index, { currentTarget }) {
+    this.rated.values[index] = Number(/** @type {HTMLInputElement} */ (currentTarget).value);
+    this.update(this.connection.state);
+  }
+}

@@ -1,0 +1,60 @@
+"""The section of the Study tab, made of the stored study."""
+
+from __future__ import annotations
+
+from app.documents import Document
+from app.studies.content import LedStudy
+from app.studies.course import Place, course_of, file_of, next_of, subject_next
+from app.studies.service import Studies
+from app.tabs.study.sections import LedStudyView, SubjectView, TrialView
+
+
+def study_view(document: Document[LedStudy], studies: Studies) -> LedStudyView:
+    """Raises VfixError where a case or plan of the study is not here any more."""
+    content = document.content
+    study = file_of(content.text)
+    subject = subject_next(content)
+    course, now = course_of(content, subject), next_of(content, subject)
+    return {
+        "id": document.id,
+        "name": document.name,
+        "revision": document.revision,
+        "can_undo": document.can_undo,
+        "can_redo": document.can_redo,
+        "subjects": [_subject(content, code) for code in study.subjects.codes],
+        "subject": subject,
+        "next": now.what,
+        "consent": study.consent,
+        "trial": None if now.place is None else _trial(content, now.place, studies),
+        "each": study.trials,
+        "total": len(course),
+        "break_min": study.break_min if now.rest else 0.0,
+        "missing": [
+            {"position": place.turn.position, "label": place.label, "reason": place.led.skipped}
+            for place in course
+            if place.led is not None and place.led.skipped
+        ],
+        "attached": [place.turn.position for place in course if place.led is not None and place.led.run],
+    }
+
+
+def _subject(content: LedStudy, code: str) -> SubjectView:
+    led = [place.led for place in course_of(content, code) if place.led is not None]
+    return {"code": code, "done": sum(bool(one.run) for one in led), "skipped": sum(bool(one.skipped) for one in led)}
+
+
+def _trial(content: LedStudy, place: Place, studies: Studies) -> TrialView:
+    driven = studies.driven(content.text, place.condition)
+    return {
+        "position": place.turn.position,
+        "number": place.turn.name.trial + 1,
+        "label": place.label,
+        "case_id": driven.case_id,
+        "plan_id": driven.plan_id,
+        "plan": place.condition.plan,
+        "tool": "the plan's own",
+        "mode": place.condition.mode,
+        "preset": driven.preset,  # type: ignore[typeddict-item]
+        "view": driven.view,  # type: ignore[typeddict-item]
+        "running": place.led is not None and not place.settled,
+    }

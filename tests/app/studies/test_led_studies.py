@@ -1,0 +1,223 @@
+"""Studies led on the page: order, consent, missing trials, runs, questionnaires; all of it survives a restart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+from rest_client import Client, opened_client
+
+from app.clock import utc_now
+from app.drives.runs import row_of
+from app.kit.errors import NotFound
+from app.operations import spec_named
+from app.services import Services, build_services
+from app.studies import operations as o
+from app.studies.content import LedStudy
+from app.studies.course import course_of, next_of, subject_next
+from vfix_engine.errors import InputError
+from vfix_engine.study.own.file import parse_study
+from vfix_engine.study.own.order import order_of
+
+STUDY = """
+name = "Two modes"
+trials = 2
+modes = ["hands-on", "freehand"]
+consent = "I take part of my own will."
+break_min = 5
+questionnaire = "nasa-tlx"
+views = { freehand = "endoscope", hands-on = "outside" }
+[[plans]]
+case = "Made-up head"
+plan = "Through the tube"
+[subjects]
+codes = ["P01", "P02"]
+"""
+RATINGS = (0, 5, 50, 95, 100, 20)
+
+
+class Led:
+    """A study that is led, by operations in the store."""
+
+    def __init__(self, services: Services, text: str = STUDY) -> None:
+        (self.run,) = [one for one in services.runs.list() if one.world == "rigid"]
+        self.services, self.spec = services, spec_named("study")
+        context = self.spec.context(services)
+        self.id = o.OpenStudy(text=text).perform(context, str(self.run.case_id), "").id
+
+    def do(self, operation: Any) -> LedStudy:
+        found: LedStudy = operation.perform(self.spec.context(self.services), "", self.id).content
+        return found
+
+    @property
+    def content(self) -> LedStudy:
+        return self.services.studies.documents.get(self.id).content
+
+    def store(self, **changes: Any) -> None:
+        """Change the row of the run: what it was driven with."""
+        with self.services.store.writing() as session:
+            row = row_of(session, self.run.id)
+            row.recorded = changes.pop("recorded", row.recorded)
+            manifest = {**row.manifest["manifest"], **changes.pop("manifest", {})}
+            row.manifest = {**row.manifest, **changes, "manifest": manifest}
+
+
+@pytest.fixture
+def led(old_home: Services) -> Led:
+    return Led(old_home)
+
+
+def test_the_order_is_that_of_the_command_line(led: Led) -> None:
+    turns = order_of(parse_study(STUDY))
+    for code in ("P01", "P02"):
+        course = course_of(led.content, code)
+        assert [place.turn for place in course] == turns[code]
+        assert [place.block for place in course] == [1, 1, 2, 2]
+    firsts = {course_of(led.content, code)[0].label for code in ("P01", "P02")}
+    assert firsts == {"hands-on", "freehand"}, "counterbalanced"
+    with pytest.raises(InputError, match="P03"):
+        course_of(led.content, "P03")
+
+
+def test_a_subject_consents_before_the_first_trial(led: Led) -> None:
+    assert next_of(led.content, "P01").what == "consent"
+    for early in (o.BeginTrial(subject="P01"), o.SkipTrial(subject="P01", reason="ill")):
+        with pytest.raises(InputError, match="confirm the consent first"):
+            led.do(early)
+    led.do(o.ConfirmConsent(subject="P01"))
+    assert (next_of(led.content, "P01").what, next_of(led.content, "P02").what) == ("trial", "consent")
+    with pytest.raises(InputError, match="no consent to confirm"):
+        led.do(o.ConfirmConsent(subject="P01"))
+    led.do(o.UndoStudy())
+    assert next_of(led.content, "P01").what == "consent"
+
+
+def test_a_whole_session_with_breaks_questionnaires_and_missing_trials(led: Led) -> None:
+    led.do(o.ConfirmConsent(subject="P01"))
+    seen = []
+    while (now := next_of(led.content, "P01")).what != "done":
+        assert now.place is not None
+        seen.append((now.what, now.place.turn.position, now.rest))
+        assert subject_next(led.content) == "P01"
+        if now.what == "trial":
+            with pytest.raises(InputError, match="no questionnaire"):
+                led.do(o.AnswerQuestionnaire(subject="P01", ratings=RATINGS))
+            led.do(o.SkipTrial(subject="P01", reason="out of time"))
+        else:
+            with pytest.raises(InputError, match="answer the questionnaire first"):
+                led.do(o.BeginTrial(subject="P01"))
+            led.do(o.AnswerQuestionnaire(subject="P01", ratings=RATINGS))
+    assert seen == [
+        ("trial", 1, False), ("trial", 2, False), ("questionnaire", 2, False),
+        ("trial", 3, True), ("trial", 4, False), ("questionnaire", 4, False),
+    ]  # fmt: skip
+    assert [(one.block, one.ratings) for one in led.content.answers] == [(1, RATINGS), (2, RATINGS)]
+    assert subject_next(led.content) == "P02"
+    led.do(o.RepeatTrial(subject="P01", position=3))
+    again = next_of(led.content, "P01")
+    assert again.what == "trial"
+    assert again.place is not None
+    assert again.place.turn.position == 3
+    with pytest.raises(InputError, match="has not begun trial 3"):
+        led.do(o.RepeatTrial(subject="P01", position=3))
+
+
+def to_hands_on(led: Led) -> None:
+    """Go to the first trial with the hand on the robot."""
+    led.do(o.ConfirmConsent(subject="P01"))
+    while True:
+        now = next_of(led.content, "P01")
+        assert now.place is not None
+        if now.what == "questionnaire":
+            led.do(o.AnswerQuestionnaire(subject="P01", ratings=RATINGS))
+        elif now.place.condition.mode == "hands-on":
+            return
+        else:
+            led.do(o.SkipTrial(subject="P01", reason="not now"))
+
+
+def test_the_newest_run_since_the_beginning_is_the_trial(led: Led) -> None:
+    to_hands_on(led)
+    with pytest.raises(InputError, match="begin it first"):
+        led.do(o.AttachRun(subject="P01"))
+    led.do(o.BeginTrial(subject="P01"))
+    with pytest.raises(NotFound, match="no run was stored"):
+        led.do(o.AttachRun(subject="P01"))
+    led.store(recorded=utc_now())
+    content = led.do(o.AttachRun(subject="P01"))
+    assert content.trials[-1].run == led.run.id
+    led.do(o.BeginTrial(subject="P01"))
+    with pytest.raises(InputError, match="another trial already"):
+        led.do(o.AttachRun(subject="P01", run_id=led.run.id))
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"origin": "command line"}, "nobody drove it"),
+        ({"manifest": {"preset": "li2007"}}, "other parameters"),
+        ({"manifest": {"mode": "teleoperated"}}, "driven teleoperated, not hands-on"),
+    ],
+)
+def test_a_run_that_was_driven_otherwise_is_refused(led: Led, changes: dict[str, Any], words: str) -> None:
+    to_hands_on(led)
+    led.do(o.BeginTrial(subject="P01"))
+    led.store(**changes)
+    with pytest.raises(InputError, match=words):
+        led.do(o.AttachRun(subject="P01", run_id=led.run.id))
+    with pytest.raises(NotFound):
+        led.do(o.AttachRun(subject="P01", run_id="nobody"))
+
+
+def test_what_is_noted_survives_a_restart(led: Led) -> None:
+    to_hands_on(led)
+    led.do(o.BeginTrial(subject="P01"))
+    before = led.content
+    settings = led.services.settings
+    led.services.close()
+    again = build_services(settings)
+    try:
+        assert again.studies.documents.get(led.id).content == before
+        assert again.studies.open(str(led.run.case_id), STUDY).id == led.id, "opened once"
+    finally:
+        again.close()
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "words"),
+    [
+        (lambda text: text.replace('["P01", "P02"]', "[]\nsimulated = 2"), InputError, "no codes"),
+        (lambda text: text.replace("Through the tube", "Nowhere"), NotFound, "import its case and plan"),
+        (lambda text: 'tools = ["hook"]' + text, InputError, "plan's own tool"),
+        (lambda text: 'arms = ["stiff"]' + text, InputError, "no arm"),
+        (lambda text: text + "[", InputError, "TOML"),
+        (lambda text: text.replace("endoscope", "inside"), InputError, "views"),
+        (lambda text: text.replace("nasa-tlx", "sus"), InputError, "questionnaire"),
+    ],
+)
+def test_a_file_that_the_page_cannot_follow_is_refused(
+    old_home: Services, change: Callable[[str], str], error: type[Exception], words: str
+) -> None:
+    with pytest.raises(error, match=words):
+        Led(old_home, change(STUDY))
+
+
+@pytest.fixture
+def client(old_home: Services) -> Iterator[Client]:
+    opened = opened_client(old_home)
+    yield opened
+    opened.close()
+
+
+def test_over_rest(client: Client, old_home: Services) -> None:
+    case = next(one.case_id for one in old_home.runs.list() if one.world == "rigid")
+    opened = client.post(f"/api/v1/cases/{case}/studies", json={"text": STUDY})
+    assert opened.status_code == 201, opened.text
+    address = f"/api/v1/studies/{opened.json()['id']}"
+    assert client.post(f"{address}/consents", json={"subject": "P01"}).json()["consents"] == ["P01"]
+    for wrong in ([50] * 5, [50] * 5 + [51], [50] * 5 + [105]):
+        answer = client.post(f"{address}/answers", json={"subject": "P01", "ratings": wrong})
+        assert answer.status_code == 422
+    assert client.post(f"{address}/skips", json={"subject": "P01", "reason": ""}).status_code == 422
+    assert client.post(f"{address}/skips", json={"subject": "Ann Example", "reason": "ill"}).status_code == 422
