@@ -1,4 +1,4 @@
-"""Which trial of a study is next for a subject, and what comes before it."""
+"""Which trial of a study is next for a subject, and what comes before it; whose turn it is."""
 
 from __future__ import annotations
 
@@ -86,9 +86,18 @@ def next_of(content: LedStudy, subject: str) -> Next:
     return Next("done", None)
 
 
-def subject_next(content: LedStudy) -> str:
-    """Whose turn it is: the subject chosen last while there is something left, else the first with something left."""
+def running_of(content: LedStudy) -> LedTrial | None:
+    """The trial that has begun, and has neither a run nor was skipped; there is one at most."""
+    return next((one for one in content.trials if not (one.run or one.skipped)), None)
+
+
+def chosen_of(content: LedStudy) -> str:
+    """Whose session it is: the subject chosen last, else the first with something left, else the first."""
     codes = file_of(content.text).subjects.codes
-    chosen = [content.subject] if content.subject in codes else []
-    left = (code for code in (*chosen, *codes) if next_of(content, code).what != "done")
-    return next(left, codes[-1])
+    return content.subject if content.subject in codes else following_of(content) or codes[0]
+
+
+def following_of(content: LedStudy) -> str:
+    """The first subject with something left to do, '' where everybody has done all."""
+    codes = file_of(content.text).subjects.codes
+    return next((code for code in codes if next_of(content, code).what != "done"), "")

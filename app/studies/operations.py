@@ -14,7 +14,7 @@ from app.operations.operation import Context, Creation, Edit
 from app.operations.spec import DocumentSpec
 from app.operations.standard import Delete, Redo, Rename, Restore, SetDeleted, Undo
 from app.studies.content import STUDY, Code, LedStudy, LedTrial, Position, Ratings, TlxAnswer, Toml
-from app.studies.course import Next, Place, course_of, next_of
+from app.studies.course import Next, Place, course_of, next_of, running_of
 from app.studies.service import Studies
 from vfix_engine.errors import InputError
 
@@ -45,6 +45,7 @@ class ChooseSubject(Edit, frozen=True):
 
     def apply(self, content: LedStudy, context: StudyContext) -> LedStudy:
         course_of(content, self.subject)
+        _check_nobody_else(content, self.subject)
         return replace(content, subject=self.subject)
 
 
@@ -64,7 +65,7 @@ class ConfirmConsent(Edit, frozen=True):
 
 
 class BeginTrial(Edit, frozen=True):
-    """Begin the next trial of a subject; a run that is driven from now on may be it."""
+    """Begin the next trial of a subject; a run that begins from now on may be it."""
 
     title = "Begin trial"
     rest = "POST /studies/{id}/trials"
@@ -74,12 +75,13 @@ class BeginTrial(Edit, frozen=True):
 
     def apply(self, content: LedStudy, context: StudyContext) -> LedStudy:
         place = _trial(content, self.subject)
+        _check_nobody_else(content, self.subject)
         begun = LedTrial(self.subject, place.turn.position, utc_now())
         return replace(_with(content, begun), subject=self.subject)
 
 
 class AttachRun(Edit, frozen=True):
-    """Make a run the trial that has begun: the one that is named, else the newest since then."""
+    """Make a run the trial that has begun: the one that is named, else the newest that began since then."""
 
     title = "Attach run"
     rest = "POST /studies/{id}/runs"
@@ -92,7 +94,7 @@ class AttachRun(Edit, frozen=True):
         place = _trial(content, self.subject)
         if place.led is None:
             raise InputError("the trial has not begun; begin it first.")
-        run = context.service.run_of(content, place.led, place.condition, self.run_id)
+        run = context.service.run_of(content, place, self.run_id)
         return _with(content, replace(place.led, run=run))
 
 
@@ -113,7 +115,7 @@ class SkipTrial(Edit, frozen=True):
 
 
 class RepeatTrial(Edit, frozen=True):
-    """Do a trial of a subject again: its run is no trial any more, or it is no longer skipped."""
+    """Do a trial of a subject again: its run is no trial any more, it is no longer skipped, or it has not begun."""
 
     title = "Repeat trial"
     rest = "POST /studies/{id}/repeats"
@@ -123,6 +125,9 @@ class RepeatTrial(Edit, frozen=True):
     position: Position
 
     def apply(self, content: LedStudy, context: StudyContext) -> LedStudy:
+        going = running_of(content)
+        if going is not None and (going.subject, going.position) != (self.subject, self.position):
+            raise InputError(f"a trial of {going.subject} goes on; finish, skip or cancel it first.")
         kept = tuple(one for one in content.trials if (one.subject, one.position) != (self.subject, self.position))
         if len(kept) == len(content.trials):
             raise InputError(f"{self.subject} has not begun trial {self.position}.")
@@ -201,6 +206,13 @@ def _trial(content: LedStudy, subject: str) -> Place:
         return now.place
     words = {"consent": "confirm the consent first", "questionnaire": "answer the questionnaire first"}
     raise InputError(f"{subject} has no trial now: {words.get(now.what, 'all are done')}.")
+
+
+def _check_nobody_else(content: LedStudy, subject: str) -> None:
+    """Raises InputError where the trial of another subject goes on: its run would be taken for this one's."""
+    going = running_of(content)
+    if going is not None and going.subject != subject:
+        raise InputError(f"a trial of {going.subject} goes on; finish, skip or cancel it first.")
 
 
 def _with(content: LedStudy, trial: LedTrial) -> LedStudy:

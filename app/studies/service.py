@@ -11,9 +11,10 @@ from app.drives.runs import RunService, StoredRun
 from app.kit.errors import NotFound
 from app.plans.service import PlanService
 from app.store import Store
-from app.studies.content import STUDY, LedStudy, LedTrial
-from app.studies.course import file_of
+from app.studies.content import STUDY, LedStudy
+from app.studies.course import Place, file_of
 from vfix_engine.errors import InputError
+from vfix_engine.runtime.control_mode import FREEHAND, TELEOPERATED, Control
 from vfix_engine.study.own.file import OWN_TOOL, PLAIN, StudyCondition, conditions, parse_study
 
 _PRESETS = {PLAIN: None, "none": None, "li2004": "li2004", "li2007": "li2007"}
@@ -25,7 +26,7 @@ class Driven:
 
     case_id: str
     plan_id: str
-    mode: str
+    control: Control
     preset: str | None
     view: str | None
 
@@ -64,40 +65,69 @@ class Studies:
         if len(plans) > 1:
             raise InputError(f"several plans are named {condition.plan!r:.80}; name it by its id.")
         view = file_of(text).views.get(condition.mode)
-        return Driven(plans[0].case_id, plans[0].id, condition.mode, _PRESETS[condition.arm], view)
+        control = Control(condition.mode, "rate" if condition.mode == TELEOPERATED else "position")
+        return Driven(plans[0].case_id, plans[0].id, control, _PRESETS[condition.arm], view)
 
-    def run_of(self, content: LedStudy, trial: LedTrial, condition: StudyCondition, run_id: str = "") -> str:
-        """The id of a run that is this trial: the one that is named, else the newest since the trial began.
+    def run_of(self, content: LedStudy, place: Place, run_id: str = "") -> str:
+        """The id of a run that is a trial that has begun: the one that is named, else the newest begun since then.
 
         Raises:
             NotFound: there is no such run.
             InputError: it is another trial's already, or was driven otherwise than the condition says.
         """
-        wanted = self.driven(content.text, condition)
-        taken = {one.run for one in content.trials}
+        begun = "" if place.led is None else place.led.begun
+        wanted, taken = self.driven(content.text, place.condition), {one.run for one in content.trials}
         if run_id:
             found = self._runs.get(run_id)
-        else:
+        else:  # a run of before may be stored after the trial has begun: what counts is when it began
             runs = self._runs.list(plan_id=wanted.plan_id)
-            since = (one for one in runs if one.recorded >= trial.begun and one.id not in taken)
-            newest = next(since, None)
+            newest = next((one for one in runs if one.began >= begun and one.id not in taken), None)
             if newest is None:
-                raise NotFound("no run was stored since the trial began; drive it, and press Finish run.")
+                raise NotFound("no run of this plan has begun since the trial did; drive it, and press Finish run.")
             found = newest
         if found.id in taken:
             raise InputError("that run is another trial already.")
-        if wrong := _differences(found, wanted):
-            raise InputError(f"the run is not of this trial: {'; '.join(wrong)}. Repeat the trial.")
+        wrong = _differences(found, wanted) + self._changes_since(content, found)
+        if wrong:
+            raise InputError(f"the run is not of this trial: {'; '.join(wrong)}. Drive it again.")
         return found.id
+
+    def _changes_since(self, content: LedStudy, found: StoredRun) -> list[str]:
+        """What was changed since the first trial of the plan, and the first that was driven in this way."""
+        trials = [run for one in content.trials if one.run and (run := self._there(one.run)) is not None]
+        same_plan = [run for run in trials if run.plan_id == found.plan_id and run.plan_sha256 is not None]
+        alike = [run for run in same_plan if _driven_by(run) == _driven_by(found)]
+        changed = []
+        if same_plan and found.plan_sha256 != same_plan[0].plan_sha256:
+            changed.append("the plan was changed since the first trial")
+        if alike and _settings(found) != _settings(alike[0]):
+            changed.append("its settings are not those of the first trial of this condition")
+        return changed
+
+    def _there(self, run_id: str) -> StoredRun | None:
+        try:
+            return self._runs.get(run_id)
+        except NotFound:  # deleted since
+            return None
+
+
+def _driven_by(run: StoredRun) -> tuple[str | None, object]:
+    return run.mode, run.manifest.get("preset")
+
+
+def _settings(run: StoredRun) -> object:
+    return run.manifest.get("spec", {}).get("settings")
 
 
 def _differences(run: StoredRun, wanted: Driven) -> list[str]:
-    found = []
+    found, control = [], wanted.control
     if run.plan_id != wanted.plan_id:
         found.append("it is of another plan")
-    if run.mode != wanted.mode:
-        found.append(f"it was driven {run.mode}, not {wanted.mode}")
-    if wanted.mode != "freehand" and run.manifest.get("preset") != wanted.preset:
+    if run.mode != control.mode:
+        found.append(f"it was driven {run.mode}, not {control.mode}")
+    elif control.mode == TELEOPERATED and run.manifest.get("device") != control.device:
+        found.append(f"its device was one of {run.manifest.get('device')}, not of {control.device}")
+    if control.mode != FREEHAND and run.manifest.get("preset") != wanted.preset:
         found.append("it has other parameters")
     if run.origin != "page":
         found.append("nobody drove it on the page")

@@ -130,10 +130,11 @@ export default class RehearsePanel {
     this.registration.update(state);
     this.countdown.follow(rehearsal.state);
     const live = isLive(rehearsal);
-    const adjustable = live && Boolean(rehearsal.mine);
+    const trial = isTrial(state);
+    const adjustable = live && !trial && Boolean(rehearsal.mine);
     this.changedFields([state.settings, adjustable], () => this.renderFields(state.settings, adjustable));
     const freehand = isFree(rehearsal);
-    this.controls.update(state, !isTrial(state) && (live ? Boolean(rehearsal.mine) : Boolean(rehearsal.mine || rehearsal.can_take)));
+    this.controls.update(state, !trial && (live ? Boolean(rehearsal.mine) : Boolean(rehearsal.mine || rehearsal.can_take)));
     this.truth.update(state);
     this.rehearsalOptions.update(state);
     this.rehearsalOptions.element.hidden = freehand; // nothing holds that tool

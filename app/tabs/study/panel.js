@@ -1,8 +1,7 @@
 // Study: whose turn it is, and the one thing that is next: consent, a trial, or a questionnaire.
 import { note } from "/static/js/dialogs.js";
 import { h } from "/static/js/dom.js";
-import { jobWatch } from "/static/js/jobs.js";
-import { closeStudy, isTrial, openStudy } from "/static/js/led-study.js";
+import { closeStudy, openStudy } from "/static/js/led-study.js";
 import { draw, filesButton, hintLine, html, iconTool, nothing, repeat, titled } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
@@ -15,7 +14,9 @@ const SCALES = [
 ];
 const MIDDLE = 50;
 const TLX_HELP = "NASA-TLX without weights: six scales of 0 to 100 in steps of 5. Each has to be moved or clicked once.";
-const TRIAL_HELP = "Begin opens the plan in Rehearse, in its mode and view. Press Finish run there at the end; the run becomes the trial.";
+const TRIAL_HELP = "Begin opens the plan in Rehearse, in its mode and view. Press Finish run there at the end; the run becomes the trial, and this tab comes back.";
+/** @type {Commands["rehearsal.options"]} */
+const NO_LIMITS = { soft_tissue: false, remote_centre: false, speed_limit: false };
 
 export default class StudyPanel {
   /** @param {{ connection: Connection }} page */
@@ -26,22 +27,6 @@ export default class StudyPanel {
     this.agreed = "";
     /** @type {{ at: string, values: (number | null)[] }} */
     this.rated = { at: "", values: [] };
-    /** @type {string[]} jobs that store a run now */
-    this.storing = [];
-    jobWatch.addEventListener("change", () => this.hear());
-  }
-
-  /** A run that was stored is the trial that goes on. */
-  hear() {
-    const now = jobWatch.items.filter(({ kind }) => kind === "run").map(({ id }) => id);
-    const stored = this.storing.some((id) => !now.includes(id));
-    this.storing = now;
-    if (stored && isTrial(this.connection.state)) this.attach();
-  }
-
-  async attach() {
-    const { study } = this.connection.state;
-    if (study && await this.ask("study.attach", { subject: study.subject })) await this.ask("step.set", { name: "study" });
   }
 
   /**
@@ -62,30 +47,49 @@ export default class StudyPanel {
   /** @param {ViewModel} state */
   update({ study }) {
     if (!study) return;
-    const done = study.subjects.find(({ code }) => code === study.subject);
+    const running = Boolean(study.trial?.running), done = study.subjects.find(({ code }) => code === study.subject);
     const tools = html`${iconTool("undo", "Undo", () => this.ask("study.undo", {}), { operation: "study.undo", off: !study.can_undo })}${
       iconTool("redo", "Redo", () => this.ask("study.redo", {}), { operation: "study.redo", off: !study.can_redo })}${
       iconTool("blocked", "Close study", () => closeStudy(this.connection), { id: "close-study" })}`;
     draw(this.element, html`
       <div class="group">${titled(study.name, tools, html`
-        <label class="field"><span>Subject</span><select id="study-subject" data-operation="study.subject" @change=${(/** @type {Event} */ { currentTarget }) => this.ask("study.subject", { subject: /** @type {HTMLSelectElement} */ (currentTarget).value })}>
+        <label class="field"><span>Subject</span><select id="study-subject" data-operation="study.subject" ?disabled=${running} .value=${study.subject} @change=${(/** @type {Event} */ { currentTarget }) => this.choose(/** @type {HTMLSelectElement} */ (currentTarget).value)}>
           ${study.subjects.map(({ code, done: runs, skipped }) => html`<option value=${code} ?selected=${code === study.subject}>${code}: ${runs + skipped} of ${study.total}</option>`)}</select></label>
         <progress class="study-progress" aria-label="Trials done" max=${study.total} value=${(done?.done ?? 0) + (done?.skipped ?? 0)}></progress>`)}</div>
       <div class="group" id="study-next">${this.next(study)}</div>
       ${study.missing.length ? html`<div class="group">${titled("Missing trials", null, html`<ul class="list two-lines plain-rows" id="study-missing">${repeat(study.missing, ({ position }) => position, ({ position, label, reason }) => html`
         <li class="row"><span class="row-main"><span>Trial ${position}: ${label}</span><span class="row-sub">${reason}</span></span>
-          <div class="row-tools"><button type="button" data-operation="study.repeat" @click=${() => this.ask("study.repeat", { subject: study.subject, position })}>Repeat</button></div></li>`)}</ul>`)}</div>` : nothing}
+          <div class="row-tools"><button type="button" data-operation="study.repeat" ?disabled=${running} @click=${() => this.again(study, position)}>Repeat</button></div></li>`)}</ul>`)}</div>` : nothing}
       <div class="group"><div class="buttons">
-        ${study.attached.length ? html`<button type="button" data-operation="study.repeat" @click=${() => this.ask("study.repeat", { subject: study.subject, position: Math.max(...study.attached) })}>Repeat last trial</button>` : nothing}
-        <span data-operation="study.new">${filesButton({ id: "open-study", input: "study-file", words: "Open another", disabled: false, accept: ".toml" }, ([file]) => openStudy(this.connection, file))}</span></div></div>`);
+        ${study.attached.length ? html`<button type="button" data-operation="study.repeat" ?disabled=${running} @click=${() => this.again(study, Math.max(...study.attached))}>Repeat last trial</button>` : nothing}
+        <span data-operation="study.new">${filesButton({ id: "open-study", input: "study-file", words: "Open another", disabled: running, accept: ".toml" }, ([file]) => openStudy(this.connection, file))}</span></div></div>`);
+  }
+
+  /** @param {string} subject */
+  choose(subject) {
+    return this.ask("study.subject", { subject });
+  }
+
+  /** @param {LedStudyView} study @param {number} position */
+  again({ subject }, position) {
+    return this.ask("study.repeat", { subject, position });
   }
 
   /** The one thing that is next. @param {LedStudyView} study */
   next(study) {
     const { trial } = study;
     if (study.next === "consent") return this.consent(study);
-    if (study.next === "done" || !trial) return titled("All done", null, html`<p class="words">Every subject has all trials.</p>`);
+    if (study.next === "done" || !trial) return this.done(study);
     return study.next === "questionnaire" ? this.questionnaire(study, trial) : this.trial(study, trial);
+  }
+
+  /** What came of a subject, and who follows; or of all. @param {LedStudyView} study */
+  done({ subject, subjects, following }) {
+    const of = following ? subjects.filter(({ code }) => code === subject) : subjects;
+    const [runs, skipped] = [of.reduce((sum, one) => sum + one.done, 0), of.reduce((sum, one) => sum + one.skipped, 0)];
+    return titled(following ? `${subject} is done` : "All done", null, html`
+      <dl class="facts" id="study-done"><dt>Runs</dt><dd>${runs}</dd><dt>Missing</dt><dd>${skipped}</dd></dl>
+      ${following ? html`<button type="button" class="primary wide" data-operation="study.subject" @click=${() => this.choose(following)}>Next: ${following}</button>` : nothing}`);
   }
 
   /** @param {LedStudyView} study */
@@ -102,16 +106,16 @@ export default class StudyPanel {
     const { subject, total, each } = study;
     return titled(`Trial ${trial.position} of ${total}`, null, html`
       ${study.break_min ? html`<p class="words" id="study-break" role="status">Break first: ${study.break_min} min.</p>` : nothing}
-      <dl class="facts" id="study-trial"><dt>Subject</dt><dd>${subject}</dd><dt>Mode</dt><dd>${trial.mode}</dd><dt>Plan</dt><dd>${trial.plan}</dd><dt>Tool</dt><dd>${trial.tool}</dd>${
+      <dl class="facts" id="study-trial"><dt>Subject</dt><dd>${subject}</dd><dt>Mode</dt><dd>${trial.mode}</dd><dt>Plan</dt><dd>${trial.plan}</dd>${
         trial.preset ? html`<dt>Parameters</dt><dd>${trial.preset}</dd>` : nothing}${
-        trial.view ? html`<dt>View</dt><dd>${trial.view}</dd>` : nothing}<dt>In this mode</dt><dd>${trial.number} of ${each}</dd></dl>
-      ${hintLine("study-words", trial.running ? "The trial goes on in Rehearse." : "The subject drives next.", TRIAL_HELP)}
+        trial.view ? html`<dt>View</dt><dd>${trial.view}</dd>` : nothing}<dt>In this condition</dt><dd>${trial.number} of ${each}</dd></dl>
+      ${hintLine("study-words", trial.running ? "The trial goes on in Rehearse." : `${subject} drives next.`, TRIAL_HELP)}
       ${trial.running
-        ? html`<div class="buttons even"><button type="button" class="primary" @click=${() => this.set(trial)}>Back to trial</button>
-          <button type="button" data-operation="study.attach" @click=${() => this.attach()}>Attach run</button></div>`
+        ? html`<div class="buttons even"><button type="button" class="primary" id="back-to-trial" @click=${() => this.set(trial)}>Back to trial</button>
+          <button type="button" id="cancel-trial" data-operation="study.repeat" @click=${() => this.again(study, trial.position)}>Cancel trial</button></div>`
         : html`<button type="button" class="primary wide" id="begin-trial" data-operation="study.begin" @click=${() => this.begin(study, trial)}>Begin trial</button>`}
-      <div class="beside"><input id="skip-reason" aria-label="Why it is skipped" placeholder="Reason" maxlength="200" .value=${this.reason} @input=${(/** @type {Event} */ { currentTarget }) => { this.reason = /** @type {HTMLInputElement} */ (currentTarget).value; this.update(this.connection.state); }}>
-        <button type="button" data-operation="study.skip" ?disabled=${!this.reason.trim()} @click=${() => this.skip(subject)}>Skip trial</button></div>`);
+      <div class="beside"><input id="skip-reason" aria-label="Why it is skipped" placeholder="Reason to skip it" maxlength="200" .value=${this.reason} @input=${(/** @type {Event} */ { currentTarget }) => { this.reason = /** @type {HTMLInputElement} */ (currentTarget).value; this.update(this.connection.state); }}>
+        <button type="button" id="skip-trial" data-operation="study.skip" ?disabled=${!this.reason.trim()} @click=${() => this.skip(subject)}>Skip trial</button></div>`);
   }
 
   /** @param {string} subject */
@@ -121,19 +125,25 @@ export default class StudyPanel {
     this.update(this.connection.state);
   }
 
-  /** @param {LedStudyView} study @param {TrialView} trial */
+  /** A drive of before ends first: its run is no trial, since it began earlier. @param {LedStudyView} study @param {TrialView} trial */
   async begin({ subject }, trial) {
+    if (!await this.open(trial)) return;
     const { rehearsal } = this.connection.state;
-    if (rehearsal?.state && rehearsal.state !== "absent" && !await this.ask("rehearsal.end", {})) return; // a run of before is no trial
+    if (rehearsal?.state && rehearsal.state !== "absent" && !await this.ask("rehearsal.end", {})) return;
+    if (!await this.ask("rehearsal.options", NO_LIMITS)) return;
     if (await this.ask("study.begin", { subject })) await this.set(trial);
   }
 
-  /** Open what the trial is driven with. @param {TrialView} trial */
-  async set({ case_id: head, plan_id: plan, mode, preset }) {
-    const { state } = this.connection;
-    if (state.case?.id !== head && !await this.ask("case.open", { case_id: head })) return;
-    if (this.connection.state.plan?.id !== plan && !await this.ask("plan.open", { plan_id: plan })) return;
-    if (!await this.ask("rehearsal.control", { mode, device: mode === "teleoperated" ? "rate" : "position", preset })) return;
+  /** Open the case and plan of a trial. @param {TrialView} trial */
+  async open({ case_id: head, plan_id: plan }) {
+    if (this.connection.state.case?.id !== head && !await this.ask("case.open", { case_id: head })) return false;
+    return this.connection.state.plan?.id === plan || this.ask("plan.open", { plan_id: plan });
+  }
+
+  /** Go to what the trial is driven with. @param {TrialView} trial */
+  async set(trial) {
+    const { mode, device, preset } = trial;
+    if (!await this.open(trial) || !await this.ask("rehearsal.control", { mode, device, preset })) return;
     await this.ask("step.set", { name: "rehearse" });
   }
 

@@ -24,7 +24,8 @@ class MissingView(TypedDict):
 class TrialView(TypedDict):
     """The next trial. position: in the subject's order; number: of the condition; running: it has begun.
 
-    preset: a paper's parameters, None for the plan's own; view: that is shown, None for any.
+    device: of a teleoperated trial, else without effect. preset: a paper's parameters, None for the plan's own; view:
+    that is shown, None for any.
     """
 
     position: int
@@ -33,8 +34,8 @@ class TrialView(TypedDict):
     case_id: str
     plan_id: str
     plan: str
-    tool: str
     mode: Literal["freehand", "hands-on", "teleoperated"]
+    device: Literal["position", "rate"]
     preset: Literal["li2004", "li2007"] | None
     view: Literal["outside", "endoscope"] | None
     running: bool
@@ -44,7 +45,8 @@ class LedStudyView(TypedDict):
     """The open study. consent: its text; next: what the subject does next; each, total: trials of a condition, of all.
 
     trial: the next one; the last before a questionnaire; None when all is done. break_min: due before it, 0 for none.
-    missing, attached: of the subject; those with a run by their position.
+    missing, attached: of the subject; those with a run by their position. following: the first subject with something
+    left to do, '' where everybody has done all.
     """
 
     id: str
@@ -62,6 +64,7 @@ class LedStudyView(TypedDict):
     break_min: float
     missing: list[MissingView]
     attached: list[int]
+    following: str
 
 
 class StudySections(TypedDict):

@@ -1,4 +1,6 @@
-"""Study on the server: which study is open, and the operations on it; driving is another tab's."""
+"""Study on the server: which study is open, the operations on it, and the runs that become its trials; driving is
+another tab's.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +8,20 @@ from typing import Any
 
 from app.documents import Document
 from app.documents.editor import check_still_newest
+from app.kit.errors import NotFound
 from app.kit.kept import Same
 from app.messages.fields import ClientMessage
 from app.messages.sections import Section, Sections
 from app.operations.messages import OperationMessage
 from app.operations.operation import Creation
 from app.studies.content import LedStudy
+from app.studies.course import Place, course_of, running_of
+from app.studies.operations import SPEC as STUDIES
+from app.studies.operations import AttachRun
 from app.tabs.base import Tab
 from app.tabs.study import SPEC, ShowStudy
 from app.tabs.study.view import study_view
+from app.workspace.fixed_drive import FixedDrive
 from app.workspace.workspace import Workspace
 from vfix_engine.errors import InputError, VfixError
 
@@ -30,6 +37,8 @@ class StudyTab(Tab):
         super().__init__(workspace, shared)
         self._studies = workspace.services.studies
         self._document: Document[LedStudy] | None = None
+        self._looked: object = None  # jobs and study, as they were when a run was looked for last
+        self._refused = ""  # why the newest run is not the trial
 
     @property
     def offered(self) -> bool:
@@ -65,6 +74,54 @@ class StudyTab(Tab):
             raise InputError("that study is deleted; restore it first.")
         self._document = document
         self.workspace.opened.set(KIND, study_id)
+        self.workspace.fixed = self._fixed()
+
+    # -- a trial that goes on
+
+    def _running(self) -> Place | None:
+        """The trial that goes on."""
+        document = self._document
+        led = None if document is None else running_of(document.content)
+        if document is None or led is None:
+            return None
+        return next(one for one in course_of(document.content, led.subject) if one.led == led)
+
+    def _fixed(self) -> FixedDrive | None:
+        """Mode and parameters, which Rehearse does not change meanwhile. Raises VfixError where the plan is gone."""
+        document, place = self._document, self._running()
+        if document is None or place is None:
+            return None
+        driven = self._studies.driven(document.content.text, place.condition)
+        return FixedDrive(driven.plan_id, driven.control, driven.preset)
+
+    def tick(self) -> bool:
+        """A run that was stored becomes the trial that goes on, also one that was stored while no page was there."""
+        document, place = self._document, self._running()
+        if document is None or place is None:
+            return False
+        looked = self.workspace.services.jobs.going_on()[0], place.led
+        if looked == self._looked:
+            return False
+        self._looked = looked
+        return self._attach(document, place.turn.name.subject)
+
+    def _attach(self, document: Document[LedStudy], subject: str) -> bool:
+        """Whether a run is the trial now; why one is not is told once."""
+        context = STUDIES.context(self.workspace.services, document.revision)
+        try:
+            AttachRun(subject=subject).perform(context, "", document.id)
+        except NotFound:  # nobody has finished one yet
+            return False
+        except VfixError as error:
+            if str(error) != self._refused:
+                self._refused = str(error)
+                self.workspace.note(self._refused, error=True)
+            return False
+        self._refused = ""
+        self._open(document.id)
+        return True
+
+    # -- what the page shows
 
     def subject(self) -> object:
         return self.workspace.services.store.changes.count, self.workspace.opened.id(KIND)

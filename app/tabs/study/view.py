@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from app.documents import Document
 from app.studies.content import LedStudy
-from app.studies.course import Place, course_of, file_of, next_of, subject_next
+from app.studies.course import Place, chosen_of, course_of, file_of, following_of, next_of
 from app.studies.service import Studies
 from app.tabs.study.sections import LedStudyView, SubjectView, TrialView
 
@@ -13,7 +13,7 @@ def study_view(document: Document[LedStudy], studies: Studies) -> LedStudyView:
     """Raises VfixError where a case or plan of the study is not here any more."""
     content = document.content
     study = file_of(content.text)
-    subject = subject_next(content)
+    subject = chosen_of(content)
     course, now = course_of(content, subject), next_of(content, subject)
     return {
         "id": document.id,
@@ -35,6 +35,7 @@ def study_view(document: Document[LedStudy], studies: Studies) -> LedStudyView:
             if place.led is not None and place.led.skipped
         ],
         "attached": [place.turn.position for place in course if place.led is not None and place.led.run],
+        "following": following_of(content),
     }
 
 
@@ -52,8 +53,8 @@ def _trial(content: LedStudy, place: Place, studies: Studies) -> TrialView:
         "case_id": driven.case_id,
         "plan_id": driven.plan_id,
         "plan": place.condition.plan,
-        "tool": "the plan's own",
-        "mode": place.condition.mode,
+        "mode": driven.control.mode,
+        "device": driven.control.device,
         "preset": driven.preset,  # type: ignore[typeddict-item]
         "view": driven.view,  # type: ignore[typeddict-item]
         "running": place.led is not None and not place.settled,

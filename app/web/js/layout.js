@@ -69,7 +69,6 @@ export class Layouts {
     this.several = SEVERAL.includes(this.layout) ? this.layout : this.plain; // the one of several views that was shown last
     this.folded = recall("panel", ["folded", "open"], "open") === "folded";
     this.fixed = /** @type {Layout | null} */ (null); // the one that cannot be left now
-    this.beforeFixed = /** @type {Layout | null} */ (null);
     this.available = true; // whether there are slices to show
     this.sliced = true; // or may be, of such a case
     this.path = false; // and a view across a path
@@ -155,10 +154,6 @@ export class Layouts {
    */
   fix(layout) {
     if (layout === this.fixed) return;
-    const before = this.beforeFixed ?? this.layout;
-    this.fixed = null;
-    this.set(layout ?? before);
-    this.beforeFixed = layout ? before : null;
     this.fixed = layout;
     this.render();
   }
@@ -199,6 +194,7 @@ export class Layouts {
 
   /** @param {Layout} layout */
   can(layout) {
+    if (this.fixed) return layout === this.fixed;
     if (layout === "path") return this.available && this.path;
     if (layout.startsWith("endoscope")) return this.endoscope;
     return this.available || layout === "scene" || (layout === "one-three" && this.sliced);
@@ -211,7 +207,7 @@ export class Layouts {
   }
 
   render() {
-    const shown = [this.layout, this.plain].find((layout) => this.can(layout)) ?? (this.sliced ? "one-three" : "scene");
+    const shown = this.fixed ?? [this.layout, this.plain].find((layout) => this.can(layout)) ?? (this.sliced ? "one-three" : "scene");
     this.bench.dataset.layout = shown;
     this.bench.dataset.sliced = String(this.sliced);
     this.bench.dataset.panel = this.folded ? "folded" : "open";
@@ -221,7 +217,7 @@ export class Layouts {
       button.setAttribute("aria-pressed", String(button.dataset.layoutButton === shown));
       button.disabled = !this.can(/** @type {Layout} */ (button.dataset.layoutButton));
     }
-    this.endoscopeButton.disabled = !this.endoscope; // not hidden: what lies beside it would move
+    this.endoscopeButton.disabled = !this.endoscope || Boolean(this.fixed); // not hidden: what lies beside it would move
     this.endoscopeButton.setAttribute("aria-pressed", String(shown.startsWith("endoscope")));
     this.say();
   }
@@ -234,7 +230,7 @@ export class Layouts {
   actions() {
     const several = BUTTONS.filter(([layout]) => SEVERAL.includes(layout)).map(([layout, , name]) => ({ group: "View", name, off: this.can(layout) ? undefined : "no slices", run: () => this.set(layout) }));
     const alone = ALONE.map(([layout, name]) => ({ group: "View", name, does: `layout.${layout}`, off: this.can(layout) ? undefined : "nothing to show", run: () => this.set(next(this.layout, layout, this.before)) }));
-    const endoscope = { group: "View", name: this.layout === "endoscope" ? "Endoscope beside 3D" : "Endoscope large", does: "layout.endoscope", off: this.endoscope ? undefined : "in a drive or Review", run: () => this.swapEndoscope() };
+    const endoscope = { group: "View", name: this.layout === "endoscope" ? "Endoscope beside 3D" : "Endoscope large", does: "layout.endoscope", off: this.fixed ? "fixed by the trial" : this.endoscope ? undefined : "in a drive or Review", run: () => this.swapEndoscope() };
     return [...several, ...alone, endoscope, { group: "View", name: this.folded ? "Show the panel" : "Fold the panel away", does: "panel", run: () => this.fold() }];
   }
 

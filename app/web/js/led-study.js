@@ -26,19 +26,37 @@ export async function openStudy(connection, file) {
   }
 }
 
-/** Keep which study is open, and open it again on a page that is loaded anew. @param {Connection} connection */
+/**
+ * Keep which study is open, and open it again on a page or in a planner that begins anew; go back to it when a trial
+ * has its run.
+ * @param {Connection} connection
+ */
 export function followStudy(connection) {
-  let asked = false;
+  let asked = false, running = false;
   connection.on("state", ({ state }) => {
     const kept = recallText(KEPT);
     if (state.study) {
-      asked = true;
+      asked = false;
       if (state.study.id !== kept) keep(KEPT, state.study.id);
-    } else if (!asked && state.step) {
+    } else if (kept && state.step && !asked) {
       asked = true;
-      if (kept) connection.request("study.show", { study_id: kept }).catch(() => keep(KEPT, ""));
+      reopen(connection, kept);
     }
+    const before = running;
+    running = isTrial(state);
+    if (before && state.study && !running && state.step?.name === "rehearse") connection.send("step.set", { name: "study" });
   });
+}
+
+/** Study is shown at once unless its trial goes on, which is driven elsewhere. @param {Connection} connection @param {string} study_id */
+async function reopen(connection, study_id) {
+  try {
+    await connection.request("study.show", { study_id });
+  } catch {
+    keep(KEPT, ""); // it is not here any more
+    return;
+  }
+  if (!isTrial(connection.state)) connection.send("step.set", { name: "study" });
 }
 
 /** @param {Connection} connection */
@@ -48,9 +66,9 @@ export async function closeStudy(connection) {
   await connection.request("study.show", { study_id: null });
 }
 
-/** Whether a trial goes on, so that its mode cannot be changed. @param {ViewModel} state */
-export function isTrial({ study }) {
-  return Boolean(study?.next === "trial" && study.trial?.running);
+/** Whether a trial goes on, which fixes how its plan is driven. @param {ViewModel} state */
+export function isTrial({ study, plan }) {
+  return Boolean(study?.next === "trial" && study.trial?.running && (!plan || plan.id === study.trial.plan_id));
 }
 
 /** The layout that a trial has, null for any. @param {ViewModel} state @returns {Layout | null} */

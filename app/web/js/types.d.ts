@@ -1413,7 +1413,8 @@ export interface ScopePoseView {
  * The open study. consent: its text; next: what the subject does next; each, total: trials of a condition, of all.
  *
  * trial: the next one; the last before a questionnaire; None when all is done. break_min: due before it, 0 for none.
- * missing, attached: of the subject; those with a run by their position.
+ * missing, attached: of the subject; those with a run by their position. following: the first subject with something
+ * left to do, '' where everybody has done all.
  */
 export interface LedStudyView {
   id: string;
@@ -1431,6 +1432,7 @@ export interface LedStudyView {
   break_min: number;
   missing: MissingView[];
   attached: number[];
+  following: string;
 }
 
 /** A subject, by its code, and how far it is. */
@@ -1443,7 +1445,8 @@ export interface SubjectView {
 /**
  * The next trial. position: in the subject's order; number: of the condition; running: it has begun.
  *
- * preset: a paper's parameters, None for the plan's own; view: that is shown, None for any.
+ * device: of a teleoperated trial, else without effect. preset: a paper's parameters, None for the plan's own; view:
+ * that is shown, None for any.
  */
 export interface TrialView {
   position: number;
@@ -1452,8 +1455,8 @@ export interface TrialView {
   case_id: string;
   plan_id: string;
   plan: string;
-  tool: string;
   mode: "freehand" | "hands-on" | "teleoperated";
+  device: "position" | "rate";
   preset: "li2004" | "li2007" | null;
   view: "outside" | "endoscope" | null;
   running: boolean;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -13,9 +14,10 @@ from app.drives.runs import row_of
 from app.kit.errors import NotFound
 from app.operations import spec_named
 from app.services import Services, build_services
+from app.store.models import RunRow
 from app.studies import operations as o
 from app.studies.content import LedStudy
-from app.studies.course import course_of, next_of, subject_next
+from app.studies.course import chosen_of, course_of, following_of, next_of, running_of
 from vfix_engine.errors import InputError
 from vfix_engine.study.own.file import parse_study
 from vfix_engine.study.own.order import order_of
@@ -58,9 +60,19 @@ class Led:
         """Change the row of the run: what it was driven with."""
         with self.services.store.writing() as session:
             row = row_of(session, self.run.id)
-            row.recorded = changes.pop("recorded", row.recorded)
             manifest = {**row.manifest["manifest"], **changes.pop("manifest", {})}
+            row.recorded = changes.pop("recorded", row.recorded)
             row.manifest = {**row.manifest, **changes, "manifest": manifest}
+
+    def another_run(self, **changes: Any) -> str:
+        """The id of a copy of the run with these changes."""
+        with self.services.store.writing() as session:
+            row = row_of(session, self.run.id)
+            manifest = {**row.manifest, **changes, "manifest": {**row.manifest["manifest"], **changes["manifest"]}}
+            copy = RunRow(id="run-copy", case_id=row.case_id, plan_id=row.plan_id, recorded=utc_now(), size_bytes=1)
+            copy.manifest, copy.files = manifest, row.files
+            session.add(copy)
+        return "run-copy"
 
 
 @pytest.fixture
@@ -99,7 +111,7 @@ def test_a_whole_session_with_breaks_questionnaires_and_missing_trials(led: Led)
     while (now := next_of(led.content, "P01")).what != "done":
         assert now.place is not None
         seen.append((now.what, now.place.turn.position, now.rest))
-        assert subject_next(led.content) == "P01"
+        assert (chosen_of(led.content), following_of(led.content)) == ("P01", "P01")
         if now.what == "trial":
             with pytest.raises(InputError, match="no questionnaire"):
                 led.do(o.AnswerQuestionnaire(subject="P01", ratings=RATINGS))
@@ -113,7 +125,7 @@ def test_a_whole_session_with_breaks_questionnaires_and_missing_trials(led: Led)
         ("trial", 3, True), ("trial", 4, False), ("questionnaire", 4, False),
     ]  # fmt: skip
     assert [(one.block, one.ratings) for one in led.content.answers] == [(1, RATINGS), (2, RATINGS)]
-    assert subject_next(led.content) == "P02"
+    assert (chosen_of(led.content), following_of(led.content)) == ("P01", "P02"), "who is done can still repeat"
     led.do(o.RepeatTrial(subject="P01", position=3))
     again = next_of(led.content, "P01")
     assert again.what == "trial"
@@ -137,19 +149,49 @@ def to_hands_on(led: Led) -> None:
             led.do(o.SkipTrial(subject="P01", reason="not now"))
 
 
-def test_the_newest_run_since_the_beginning_is_the_trial(led: Led) -> None:
+def test_the_newest_run_that_began_since_then_is_the_trial(led: Led) -> None:
     to_hands_on(led)
     with pytest.raises(InputError, match="begin it first"):
         led.do(o.AttachRun(subject="P01"))
+    led.store(began=utc_now())
+    time.sleep(0.002)  # the stored time has milliseconds
     led.do(o.BeginTrial(subject="P01"))
-    with pytest.raises(NotFound, match="no run was stored"):
-        led.do(o.AttachRun(subject="P01"))
-    led.store(recorded=utc_now())
+    for began in ("", led.services.runs.get(led.run.id).began):  # one of before, stored only now
+        led.store(began=began, recorded=utc_now())
+        with pytest.raises(NotFound, match="no run of this plan has begun"):
+            led.do(o.AttachRun(subject="P01"))
+    led.store(began=utc_now())
     content = led.do(o.AttachRun(subject="P01"))
     assert content.trials[-1].run == led.run.id
     led.do(o.BeginTrial(subject="P01"))
     with pytest.raises(InputError, match="another trial already"):
         led.do(o.AttachRun(subject="P01", run_id=led.run.id))
+
+
+def test_one_trial_goes_on_at_a_time(led: Led) -> None:
+    to_hands_on(led)
+    led.do(o.ConfirmConsent(subject="P02"))
+    led.do(o.ChooseSubject(subject="P01"))
+    content = led.do(o.BeginTrial(subject="P01"))
+    begun = running_of(content)
+    assert begun is not None
+    for other in (o.ChooseSubject(subject="P02"), o.BeginTrial(subject="P02"), o.RepeatTrial(subject="P02", position=1)):
+        with pytest.raises(InputError, match="a trial of P01 goes on"):
+            led.do(other)
+    content = led.do(o.RepeatTrial(subject="P01", position=begun.position))
+    assert running_of(content) is None, "cancelled"
+    led.do(o.BeginTrial(subject="P02"))
+
+
+def test_plan_and_settings_stay_those_of_the_first_trial(led: Led) -> None:
+    to_hands_on(led)
+    led.store(plan_sha256="a" * 64, manifest={"spec": {"settings": {"margin_mm": 1.0}}})
+    led.do(o.BeginTrial(subject="P01"))
+    led.do(o.AttachRun(subject="P01", run_id=led.run.id))
+    other = led.another_run(plan_sha256="b" * 64, manifest={"spec": {"settings": {"margin_mm": 2.0}}})
+    led.do(o.BeginTrial(subject="P01"))
+    with pytest.raises(InputError, match="the plan was changed since.*; its settings are not those"):
+        led.do(o.AttachRun(subject="P01", run_id=other))
 
 
 @pytest.mark.parametrize(

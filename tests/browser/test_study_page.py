@@ -1,0 +1,63 @@
+"""A study of people on the page: one subject in two modes, from the consent to the last questionnaire."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from playwright.sync_api import expect
+from workstation import DRIVEN_S, Workstation
+
+STUDY = """
+name = "Two modes"
+trials = 1
+modes = ["hands-on", "freehand"]
+consent = "I take part of my own will, and may stop at any time."
+questionnaire = "nasa-tlx"
+views = { hands-on = "outside", freehand = "outside" }
+[[plans]]
+case = "head-phantom"
+plan = "head-phantom-sample"
+[subjects]
+codes = ["P01"]
+"""
+
+
+def test_a_whole_study(open_page: Callable[..., Workstation]) -> None:
+    station = open_page()
+    page = station.page
+    page.locator("#steps [data-step=plan]").wait_for()
+    expect(page.locator("[data-step=study]")).to_be_hidden()
+    page.evaluate("(text) => vfix.request('study.new', { text })", STUDY)
+    page.click("[data-step=study]")
+    station.picture("study-consent")
+    page.check("#consent-read")
+    page.click("[data-operation='study.consent']")
+    for number in (1, 2):
+        expect(page.locator("#study-next h2")).to_have_text(f"Trial {number} of 2")
+        station.picture(f"study-trial-{number}")
+        page.click("#begin-trial")
+        station.wait_for("Rehearse", lambda: station.state("step")["name"] == "rehearse")
+        expect(page.locator("#bench")).to_have_attribute("data-layout", "scene")
+        expect(page.locator("[data-control=teleoperated]")).to_be_disabled()
+        page.click("#start")
+        station.wait_for("the robot", lambda: station.state("rehearsal")["state"] == "running", DRIVEN_S)
+        station.drive_until("ArrowUp", "motion", lambda: station.rehearsal()["force_n"] > 0.3, DRIVEN_S)
+        page.keyboard.up("ArrowUp")
+        page.click("#finish-run")
+        station.wait_for("the run", lambda: _study(station)["next"] == "questionnaire", DRIVEN_S)
+        station.wait_for("Study", lambda: station.state("step")["name"] == "study")
+        for scale in page.locator(".study-scale input").all():
+            scale.focus()
+            page.keyboard.press("ArrowRight")
+        station.picture(f"study-tlx-{number}")
+        page.click("[data-operation='study.answer']")
+    expect(page.locator("#study-next h2")).to_have_text("All done")
+    page.reload()
+    page.click("[data-step=study]")
+    expect(page.locator("#study-next h2")).to_have_text("All done")
+    assert station.errors == []
+
+
+def _study(station: Workstation) -> Any:
+    return station.state("study")
