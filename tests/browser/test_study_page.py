@@ -40,6 +40,7 @@ def test_a_whole_study(open_page: Callable[..., Workstation]) -> None:
         station.wait_for("Rehearse", lambda: station.state("step")["name"] == "rehearse")
         expect(page.locator("#bench")).to_have_attribute("data-layout", "scene")
         expect(page.locator("[data-control=teleoperated]")).to_be_disabled()
+        station.wait_for("the tool at the entry", lambda: station.rehearsal()["state"] == "ready", DRIVEN_S)
         page.click("#start")
         station.wait_for("the robot", lambda: station.state("rehearsal")["state"] == "running", DRIVEN_S)
         station.drive_until("ArrowUp", "motion", lambda: station.rehearsal()["force_n"] > 0.3, DRIVEN_S)
