@@ -11,17 +11,14 @@ from app.documents import struct_kind
 from app.operations.fields import MaybeId
 from vfix_engine.errors import InputError
 from vfix_engine.study.own.file import parse_study
+from vfix_engine.study.own.questionnaire import Ratings
 
 MAX_TEXT = 64 << 10
-SCALES = ("mental", "physical", "temporal", "performance", "effort", "frustration")  # of NASA-TLX (Hart 1988)
-STEP = 5
 
 Toml = Annotated[str, Meta(max_length=MAX_TEXT)]
 Code = Annotated[str, Meta(pattern="^[A-Za-z0-9][A-Za-z0-9_-]{0,19}$")]
 Position = Annotated[int, Meta(ge=1, le=1_000_000)]
 Block = Annotated[int, Meta(ge=1, le=1_000_000)]
-Rating = Annotated[int, Meta(ge=0, le=100, multiple_of=STEP)]
-Ratings = tuple[Rating, Rating, Rating, Rating, Rating, Rating]
 Time = Annotated[str, Meta(max_length=40)]
 Reason = Annotated[str, Meta(max_length=200)]
 
@@ -37,7 +34,7 @@ class LedTrial(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class TlxAnswer(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A questionnaire after a block. ratings: in the order of `SCALES`, 0 to 100 in steps of 5."""
+    """A questionnaire after a block. ratings: as of `vfix_engine.study.own.questionnaire`."""
 
     subject: Code
     block: Block
@@ -57,7 +54,8 @@ class LedStudy(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 def _rules(content: LedStudy) -> LedStudy:
     if content.text:
         known = parse_study(content.text).subjects.codes
-        used = {*content.consents, *(one.subject for one in (*content.trials, *content.answers))}
+        driven, answered = (one.subject for one in content.trials), (one.subject for one in content.answers)
+        used = {*content.consents, *driven, *answered}
         if unknown := used.difference(known):
             raise InputError(f"the study has no subject {min(unknown)!r:.40}.")
     return content

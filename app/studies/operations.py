@@ -13,10 +13,11 @@ from app.operations.fields import MaybeId
 from app.operations.operation import Context, Creation, Edit
 from app.operations.spec import DocumentSpec
 from app.operations.standard import Delete, Redo, Rename, Restore, SetDeleted, Undo
-from app.studies.content import STUDY, Code, LedStudy, LedTrial, Position, Ratings, TlxAnswer, Toml
+from app.studies.content import STUDY, Code, LedStudy, LedTrial, Position, TlxAnswer, Toml
 from app.studies.course import Next, Place, course_of, next_of, running_of
 from app.studies.service import Studies
 from vfix_engine.errors import InputError
+from vfix_engine.study.own.questionnaire import Ratings
 
 StudyContext = Context[LedStudy, Studies]
 Why = Annotated[str, Meta(min_length=1, max_length=200)]

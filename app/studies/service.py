@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from app.cases.service import CaseService
@@ -12,10 +13,17 @@ from app.kit.errors import NotFound
 from app.plans.service import PlanService
 from app.store import Store
 from app.studies.content import STUDY, LedStudy
-from app.studies.course import Place, file_of
-from vfix_engine.errors import InputError
+from app.studies.course import Place, course_of, file_of
+from vfix_engine.errors import InputError, VfixError
 from vfix_engine.runtime.control_mode import FREEHAND, TELEOPERATED, Control
-from vfix_engine.study.own.file import OWN_TOOL, PLAIN, StudyCondition, conditions, parse_study
+from vfix_engine.runtime.run import Run
+from vfix_engine.study.own.file import OWN_TOOL, PLAIN, StudyCondition, StudyFile, conditions, is_simulated, parse_study
+from vfix_engine.study.own.order import Turn, order_of
+from vfix_engine.study.own.plugins import metric_named
+from vfix_engine.study.own.questionnaire import AnsweredTlx
+from vfix_engine.study.own.recorded import recorded_trial
+from vfix_engine.study.own.results import StudyResults
+from vfix_engine.worlds.registry import spec_of
 
 _PRESETS = {PLAIN: None, "none": None, "li2004": "li2004", "li2007": "li2007"}
 
@@ -47,6 +55,8 @@ class Studies:
         study = parse_study(text)
         if not study.subjects.codes:
             raise InputError("the study has no codes of people; give [subjects] codes.")
+        for metric in study.metrics:
+            metric_named(metric)
         for condition in conditions(study):
             self.driven(text, condition)
         there = (one for one in self.documents.list(case_id) if not one.unreadable and one.content.text == text)
@@ -67,6 +77,57 @@ class Studies:
         view = file_of(text).views.get(condition.mode)
         control = Control(condition.mode, "rate" if condition.mode == TELEOPERATED else "position")
         return Driven(plans[0].case_id, plans[0].id, control, _PRESETS[condition.arm], view)
+
+    # -- results
+
+    def stored(self, study: StudyFile, study_id: str | None = None) -> Document[LedStudy]:
+        """The study on the page whose people have the order of a file.
+
+        Raises NotFound where there is none, or the named one is of another file, and InputError where several are.
+        """
+        every = self.documents.list() if study_id is None else (self.documents.get(study_id),)
+        people = _people(study)
+        there = [one for one in every if not one.unreadable and _people(file_of(one.content.text)) == people]
+        if not there:
+            raise NotFound("no study on the page has the people and the order of this file; was it changed since?")
+        if len(there) > 1:
+            raise InputError(f"several studies are of this file; say --session: {', '.join(one.id for one in there)}.")
+        return there[0]
+
+    def collect(
+        self,
+        content: LedStudy,
+        study: StudyFile,
+        results: StudyResults,
+        progress: Callable[[float], object] = lambda part: None,
+    ) -> list[str]:
+        """Score the runs of a study, and write them, questionnaires and why trials are missing into results.
+
+        What the results have of its people from before is replaced. Returns which runs could not be scored, and why.
+        """
+        notes, answered = list[str](), {(one.subject, one.block): one.ratings for one in content.answers}
+        places = [(code, place) for code in study.subjects.codes for place in course_of(content, code)]
+        for number, (code, place) in enumerate(places, 1):
+            name = place.turn.name
+            results.forget(name)
+            if place.led is not None and place.led.run:
+                try:
+                    with self._runs.laid_out(place.led.run) as folder:
+                        run = Run.read(folder)
+                    results.write(recorded_trial(study, name, run, spec_of(run), place.led.run))
+                except (VfixError, ValueError) as error:
+                    notes.append(f"{code}, trial {place.turn.position}: {error}")
+                    results.write_skip(name, f"its run cannot be scored: {error}")
+            elif place.led is not None and place.led.skipped:
+                results.write_skip(name, place.led.skipped)
+            if name.trial == 0:
+                results.forget_answer(code, place.condition)
+                if ratings := answered.get((code, place.block)):
+                    results.write_answer(AnsweredTlx.of(code, place.condition, ratings))
+            progress(number / len(places))
+        return notes
+
+    # -- runs
 
     def run_of(self, content: LedStudy, place: Place, run_id: str = "") -> str:
         """The id of a run that is a trial that has begun: the one that is named, else the newest begun since then.
@@ -109,6 +170,10 @@ class Studies:
             return self._runs.get(run_id)
         except NotFound:  # deleted since
             return None
+
+
+def _people(study: StudyFile) -> dict[str, list[Turn]]:
+    return {code: turns for code, turns in order_of(study).items() if not is_simulated(code)}
 
 
 def _driven_by(run: StoredRun) -> tuple[str | None, object]:

@@ -14,8 +14,8 @@ from app.services import Services
 from app.workspace import commands as c
 from app.workspace.camera_view import CameraView
 from app.workspace.case_view import CaseView
-from app.workspace.open_plan import OpenedPlan
 from app.workspace.fixed_drive import FixedDrive
+from app.workspace.open_plan import OpenedPlan
 from app.workspace.opened import OpenedDocuments
 from vfix_engine.errors import InputError
 

@@ -102,8 +102,10 @@ export default class RehearsePanel {
     connection.on("state", ({ state }) => { if (state.step?.name !== "rehearse") this.countdown.cancel(); });
     this.endCard = new EndCard(connection, () => this.start());
     this.assignment = new AssignmentGroup(connection);
+    this.trialHead = h("h2", { id: "trial-head" });
+    this.trial = h("div", { class: "group", id: "trial", hidden: true }, h("div", { class: "group-head" }, this.trialHead), h("p", { class: "words" }, "Drive to the end, then press Finish run."));
     this.comments = new CommentsGroup(connection);
-    this.element = h("div", {}, this.endCard.element, this.assignment.element,
+    this.element = h("div", {}, this.endCard.element, this.trial, this.assignment.element,
       group("Drive", null, this.words, this.unrecorded, this.registration.element, this.tissueWords, this.startRow, this.countdown.element),
       this.comments.element,
       this.controls.element,
@@ -131,6 +133,9 @@ export default class RehearsePanel {
     this.countdown.follow(rehearsal.state);
     const live = isLive(rehearsal);
     const trial = isTrial(state);
+    this.trial.hidden = !trial;
+    this.assignment.element.hidden = trial; // one task at a time
+    if (trial) say(this.trialHead, `${state.study?.subject}: trial ${state.study?.trial?.position} of ${state.study?.total}`);
     const adjustable = live && !trial && Boolean(rehearsal.mine);
     this.changedFields([state.settings, adjustable], () => this.renderFields(state.settings, adjustable));
     const freehand = isFree(rehearsal);

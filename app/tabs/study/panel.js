@@ -2,6 +2,7 @@
 import { note } from "/static/js/dialogs.js";
 import { h } from "/static/js/dom.js";
 import { closeStudy, openStudy } from "/static/js/led-study.js";
+import { download } from "/static/js/rest.js";
 import { draw, filesButton, hintLine, html, iconTool, nothing, repeat, titled } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
@@ -62,6 +63,7 @@ export default class StudyPanel {
           <div class="row-tools"><button type="button" data-operation="study.repeat" ?disabled=${running} @click=${() => this.again(study, position)}>Repeat</button></div></li>`)}</ul>`)}</div>` : nothing}
       <div class="group"><div class="buttons">
         ${study.attached.length ? html`<button type="button" data-operation="study.repeat" ?disabled=${running} @click=${() => this.again(study, Math.max(...study.attached))}>Repeat last trial</button>` : nothing}
+        <button type="button" id="save-results" title="Tables, statistics and report, zipped" ?disabled=${!study.subjects.some(({ done: runs, skipped }) => runs + skipped)} @click=${() => download(`/api/v1/studies/${encodeURIComponent(study.id)}/results`)}>Save results</button>
         <span data-operation="study.new">${filesButton({ id: "open-study", input: "study-file", words: "Open another", disabled: running, accept: ".toml" }, ([file]) => openStudy(this.connection, file))}</span></div></div>`);
   }
 
@@ -106,7 +108,7 @@ export default class StudyPanel {
     const { subject, total, each } = study;
     return titled(`Trial ${trial.position} of ${total}`, null, html`
       ${study.break_min ? html`<p class="words" id="study-break" role="status">Break first: ${study.break_min} min.</p>` : nothing}
-      <dl class="facts" id="study-trial"><dt>Subject</dt><dd>${subject}</dd><dt>Mode</dt><dd>${trial.mode}</dd><dt>Plan</dt><dd>${trial.plan}</dd>${
+      <dl class="facts" id="study-trial"><dt>Mode</dt><dd>${trial.mode}</dd><dt>Plan</dt><dd>${trial.plan}</dd>${
         trial.preset ? html`<dt>Parameters</dt><dd>${trial.preset}</dd>` : nothing}${
         trial.view ? html`<dt>View</dt><dd>${trial.view}</dd>` : nothing}<dt>In this condition</dt><dd>${trial.number} of ${each}</dd></dl>
       ${hintLine("study-words", trial.running ? "The trial goes on in Rehearse." : `${subject} drives next.`, TRIAL_HELP)}
@@ -114,8 +116,9 @@ export default class StudyPanel {
         ? html`<div class="buttons even"><button type="button" class="primary" id="back-to-trial" @click=${() => this.set(trial)}>Back to trial</button>
           <button type="button" id="cancel-trial" data-operation="study.repeat" @click=${() => this.again(study, trial.position)}>Cancel trial</button></div>`
         : html`<button type="button" class="primary wide" id="begin-trial" data-operation="study.begin" @click=${() => this.begin(study, trial)}>Begin trial</button>`}
-      <div class="beside"><input id="skip-reason" aria-label="Why it is skipped" placeholder="Reason to skip it" maxlength="200" .value=${this.reason} @input=${(/** @type {Event} */ { currentTarget }) => { this.reason = /** @type {HTMLInputElement} */ (currentTarget).value; this.update(this.connection.state); }}>
-        <button type="button" id="skip-trial" data-operation="study.skip" ?disabled=${!this.reason.trim()} @click=${() => this.skip(subject)}>Skip trial</button></div>`);
+      <details class="study-skip"><summary>Skip trial</summary>
+        <label class="field"><span>Why</span><input type="text" id="skip-reason" maxlength="200" .value=${this.reason} @input=${(/** @type {Event} */ { currentTarget }) => { this.reason = /** @type {HTMLInputElement} */ (currentTarget).value; this.update(this.connection.state); }}></label>
+        <button type="button" id="skip-trial" data-operation="study.skip" ?disabled=${!this.reason.trim()} @click=${() => this.skip(subject)}>Skip</button></details>`);
   }
 
   /** @param {string} subject */

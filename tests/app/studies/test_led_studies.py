@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+import csv
+import io
+import json
+import re
 import time
+import zipfile
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -21,6 +27,7 @@ from app.studies.course import chosen_of, course_of, following_of, next_of, runn
 from vfix_engine.errors import InputError
 from vfix_engine.study.own.file import parse_study
 from vfix_engine.study.own.order import order_of
+from vfix_engine.study.own.results import StudyResults
 
 STUDY = """
 name = "Two modes"
@@ -175,7 +182,11 @@ def test_one_trial_goes_on_at_a_time(led: Led) -> None:
     content = led.do(o.BeginTrial(subject="P01"))
     begun = running_of(content)
     assert begun is not None
-    for other in (o.ChooseSubject(subject="P02"), o.BeginTrial(subject="P02"), o.RepeatTrial(subject="P02", position=1)):
+    for other in (
+        o.ChooseSubject(subject="P02"),
+        o.BeginTrial(subject="P02"),
+        o.RepeatTrial(subject="P02", position=1),
+    ):
         with pytest.raises(InputError, match="a trial of P01 goes on"):
             led.do(other)
     content = led.do(o.RepeatTrial(subject="P01", position=begun.position))
@@ -190,7 +201,7 @@ def test_plan_and_settings_stay_those_of_the_first_trial(led: Led) -> None:
     led.do(o.AttachRun(subject="P01", run_id=led.run.id))
     other = led.another_run(plan_sha256="b" * 64, manifest={"spec": {"settings": {"margin_mm": 2.0}}})
     led.do(o.BeginTrial(subject="P01"))
-    with pytest.raises(InputError, match="the plan was changed since.*; its settings are not those"):
+    with pytest.raises(InputError, match=r"the plan was changed since.*; its settings are not those"):
         led.do(o.AttachRun(subject="P01", run_id=other))
 
 
@@ -263,3 +274,66 @@ def test_over_rest(client: Client, old_home: Services) -> None:
         assert answer.status_code == 422
     assert client.post(f"{address}/skips", json={"subject": "P01", "reason": ""}).status_code == 422
     assert client.post(f"{address}/skips", json={"subject": "Ann Example", "reason": "ill"}).status_code == 422
+
+
+def test_the_results_are_those_of_the_command_line(client: Client, led: Led) -> None:
+    """A scored run, a skipped trial with its reason, and answers; the same by the page and `vfix study collect`."""
+    led.do(o.ConfirmConsent(subject="P01"))
+    while (now := next_of(led.content, "P01")).what != "done":
+        assert now.place is not None
+        if now.what == "questionnaire":
+            led.do(o.AnswerQuestionnaire(subject="P01", ratings=RATINGS))
+        elif now.place.condition.mode == "hands-on" and not any(one.run for one in led.content.trials):
+            led.do(o.BeginTrial(subject="P01"))
+            led.do(o.AttachRun(subject="P01", run_id=led.run.id))
+        else:
+            led.do(o.SkipTrial(subject="P01", reason="out of time"))
+    answer = client.get(f"/api/v1/studies/{led.id}/results")
+    assert (answer.status_code, answer.headers["content-type"]) == (200, "application/zip")
+    files = zipfile.ZipFile(io.BytesIO(answer.content))
+    assert {"trials.csv", "answers.csv", "missing.csv", "statistics.json", "report.html"} <= set(files.namelist())
+
+    def rows(name: str) -> list[dict[str, str]]:
+        return list(csv.DictReader(files.read(name).decode().splitlines()[1:]))
+
+    (trial,) = rows("trials.csv")
+    score = led.services.run_scores.of(led.run.id)
+    assert (trial["subject"], trial["mode"], float(trial["time_s"])) == ("P01", "hands-on", score["time_s"])
+    assert [(row["mental"], row["nasa_tlx"]) for row in _scales(rows("answers.csv"))] == [("0.0", "45.0")] * 2
+    missing = rows("missing.csv")
+    assert [row["reason"] for row in missing if row["subject"] == "P01"] == ["out of time"] * 3
+    assert {row["reason"] for row in missing if row["subject"] == "P02"} == {""}
+    people = json.loads(files.read("statistics.json"))["groups"]["people"]
+    assert (people["done"], people["planned"]) == (1, 8)
+    assert client.get("/api/v1/studies/nobody/results").status_code == 404
+
+
+def _scales(rows: list[dict[str, str]]) -> list[dict[str, str]]:
+    return [{name.removeprefix("nasa_tlx_"): value for name, value in row.items()} for row in rows]
+
+
+def test_what_cannot_be_collected_is_told(led: Led, tmp_path: Path) -> None:
+    study, results = parse_study(STUDY), StudyResults(tmp_path / "results")
+    to_hands_on(led)
+    led.do(o.BeginTrial(subject="P01"))
+    content = led.do(o.AttachRun(subject="P01", run_id=led.run.id))
+    names = [place.turn.name for place in course_of(content, "P01")]
+    assert led.services.studies.collect(content, study, results) == []
+    assert [one.run for one in results.read(names).values()] == [led.run.id]
+    led.services.runs.delete(led.run.id)
+    (note,) = led.services.studies.collect(content, study, results)
+    assert re.match(r"P01, trial \d: there is no run", note)
+    assert results.read(names) == {}, "a run that is gone is no trial"
+    assert any("there is no run" in reason for reason in results.read_reasons(names).values())
+
+
+def test_a_stored_study_is_found_by_its_file(led: Led) -> None:
+    studies = led.services.studies
+    more = STUDY.replace("trials = 2", 'trials = 2\nmetrics = ["time_s", "smoothness"]')
+    assert studies.stored(parse_study(more)).id == led.id, "other metrics are the same study"
+    with pytest.raises(NotFound, match="no study on the page has the people and the order"):
+        studies.stored(parse_study(STUDY.replace("trials = 2", "trials = 3")))
+    other = Led(led.services, more)
+    with pytest.raises(InputError, match="several studies are of this file; say --session"):
+        studies.stored(parse_study(STUDY))
+    assert studies.stored(parse_study(STUDY), other.id).id == other.id
