@@ -57,7 +57,9 @@ def test_a_whole_study(open_page: Callable[..., Workstation]) -> None:
         station.wait_for("the run", lambda: _study(station)["next"] == "questionnaire", DRIVEN_S)
         station.wait_for("Study", lambda: station.state("step")["name"] == "study")
         expect(page.locator("#bench")).not_to_have_attribute("data-layout", "scene")
-        for scale in page.locator(".study-scale input").all():
+        scales = page.locator(".study-scale input")
+        expect(scales).to_have_count(6)
+        for scale in scales.all():
             scale.focus()
             page.keyboard.press("ArrowRight")
         station.picture(f"study-tlx-{number}")

@@ -15,7 +15,9 @@ from typing import Any
 import pytest
 from rest_client import Client, opened_client
 
+from app.cli import main
 from app.clock import utc_now
+from app.commands import study_own
 from app.drives.runs import row_of
 from app.kit.errors import NotFound
 from app.operations import spec_named
@@ -276,7 +278,9 @@ def test_over_rest(client: Client, old_home: Services) -> None:
     assert client.post(f"{address}/skips", json={"subject": "Ann Example", "reason": "ill"}).status_code == 422
 
 
-def test_the_results_are_those_of_the_command_line(client: Client, led: Led) -> None:
+def test_the_results_are_those_of_the_command_line(
+    client: Client, led: Led, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A scored run, a skipped trial with its reason, and answers; the same by the page and `vfix study collect`."""
     led.do(o.ConfirmConsent(subject="P01"))
     while (now := next_of(led.content, "P01")).what != "done":
@@ -306,6 +310,15 @@ def test_the_results_are_those_of_the_command_line(client: Client, led: Led) -> 
     people = json.loads(files.read("statistics.json"))["groups"]["people"]
     assert (people["done"], people["planned"]) == (1, 8)
     assert client.get("/api/v1/studies/nobody/results").status_code == 404
+
+    file = tmp_path / "two.toml"
+    file.write_text(STUDY, encoding="utf-8")
+    monkeypatch.setattr(study_own, "optional_services", lambda: led.services)
+    for verb in ("collect", "run"):
+        assert main(["study", verb, str(file)]) == 0
+    written = tmp_path / "two.results"
+    for name in ("trials.csv", "answers.csv", "missing.csv", "statistics.json", "report.html"):
+        assert (written / name).read_bytes() == files.read(name), name
 
 
 def _scales(rows: list[dict[str, str]]) -> list[dict[str, str]]:
