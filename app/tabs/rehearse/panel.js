@@ -105,7 +105,7 @@ export default class RehearsePanel {
     this.trialHead = h("h2", { id: "trial-head" });
     this.trial = h("div", { class: "group", id: "trial", hidden: true }, h("div", { class: "group-head" }, this.trialHead), h("p", { class: "words" }, "Drive to the end, then press Finish run."));
     this.comments = new CommentsGroup(connection);
-    this.element = h("div", {}, this.endCard.element, this.trial, this.assignment.element,
+    this.element = h("div", {}, this.trial, this.endCard.element, this.assignment.element,
       group("Drive", null, this.words, this.unrecorded, this.registration.element, this.tissueWords, this.startRow, this.countdown.element),
       this.comments.element,
       this.controls.element,

@@ -158,9 +158,8 @@ export default class StudyPanel {
     return titled("Questionnaire", null, html`
       ${hintLine("tlx-words", `${study.subject}: how was ${trial.label}?`, TLX_HELP)}
       ${SCALES.map(([name, low, high], index) => html`<label class="study-scale"><span>${name}<output>${values[index] ?? "–"}</output></span>
-        <input type="range" min="0" max="100" step="5" aria-label=${name} .value=${String(values[index] ?? MIDDLE)} ?data-unset=${values[index] === null}
-          @input=${(/** @type {Event} */ event) => this.rate(index, event)} @click=${(/** @type {Event} */ event) => this.rate(index, event)}>
-        <span class="study-ends"><span>${low}</span><span>${high}</span></span></label>`)}
+        <span class="study-ends">${low}<input type="range" min="0" max="100" step="5" aria-label=${name} .value=${String(values[index] ?? MIDDLE)} ?data-unset=${values[index] === null}
+          @input=${(/** @type {Event} */ event) => this.rate(index, event)} @click=${(/** @type {Event} */ event) => this.rate(index, event)}>${high}</span></label>`)}
       <button type="button" class="primary wide" data-operation="study.answer" ?disabled=${values.includes(null)} @click=${() => this.ask("study.answer", { subject: study.subject, ratings: /** @type {Commands["study.answer"]["ratings"]} */ (values) })}>Save answers</button>`);
   }
 

@@ -20,7 +20,7 @@ from app.studies.operations import SPEC as STUDIES
 from app.studies.operations import AttachRun
 from app.tabs.base import Tab
 from app.tabs.study import SPEC, ShowStudy
-from app.tabs.study.view import study_view
+from app.tabs.study.view import study_hint, study_view
 from app.workspace.fixed_drive import FixedDrive
 from app.workspace.workspace import Workspace
 from vfix_engine.errors import InputError, VfixError
@@ -144,4 +144,5 @@ class StudyTab(Tab):
         }
 
     def hint(self) -> str:
-        return "Do what is next, for one subject after another."
+        document = self._document
+        return "" if document is None else study_hint(document.content)

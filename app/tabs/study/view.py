@@ -39,6 +39,23 @@ def study_view(document: Document[LedStudy], studies: Studies) -> LedStudyView:
     }
 
 
+def study_hint(content: LedStudy) -> str:
+    """What to do next."""
+    subject, following = chosen_of(content), following_of(content)
+    now = next_of(content, subject)
+    if now.what == "consent":
+        return f"{subject} reads the consent; you confirm it."
+    if now.what == "questionnaire":
+        return f"{subject} moves each scale; then Save answers."
+    if now.place is None:
+        return (
+            f"{following} is next." if following else "Everybody is done: Save results has tables and report."
+        )
+    if now.place.led is not None:
+        return "The trial goes on in Rehearse."
+    return f"{subject} drives {now.place.label} next: Begin trial."
+
+
 def _subject(content: LedStudy, code: str) -> SubjectView:
     led = [place.led for place in course_of(content, code) if place.led is not None]
     return {"code": code, "done": sum(bool(one.run) for one in led), "skipped": sum(bool(one.skipped) for one in led)}

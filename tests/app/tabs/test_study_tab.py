@@ -140,11 +140,14 @@ def test_a_teleoperated_trial_is_driven_with_a_rate_device(old_home: Services) -
 
 def test_who_is_done_is_shown_with_who_follows(leader: Leader) -> None:
     for _ in range(2):
+        assert leader.tab.hint() == "P01 drives hands-on next: Begin trial."
         send(leader.tab, "study.begin", subject="P01")
+        assert leader.tab.hint() == "The trial goes on in Rehearse."
         send(leader.tab, "study.skip", subject="P01", reason="ill")
     view = leader.view
     assert (view["subject"], view["next"], view["following"]) == ("P01", "done", "P02")
     assert [one["position"] for one in view["missing"]] == [1, 2], "who is done can repeat what is missing"
+    assert leader.tab.hint() == "P02 is next."
     send(leader.tab, "study.subject", subject="P02")
     assert leader.view["next"] == "trial"
 
