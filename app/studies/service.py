@@ -89,7 +89,7 @@ class Studies:
         people = _people(study)
         there = [one for one in every if not one.unreadable and _people(file_of(one.content.text)) == people]
         if not there:
-            raise NotFound("no study on the page has the people and the order of this file; was it changed since?")
+            raise NotFound("no study on the page has this file's people and order; was it changed?")
         if len(there) > 1:
             raise InputError(f"several studies are of this file; say --session: {', '.join(one.id for one in there)}.")
         return there[0]
