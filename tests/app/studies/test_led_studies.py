@@ -344,7 +344,7 @@ def test_a_stored_study_is_found_by_its_file(led: Led) -> None:
     studies = led.services.studies
     more = STUDY.replace("trials = 2", 'trials = 2\nmetrics = ["time_s", "smoothness"]')
     assert studies.stored(parse_study(more)).id == led.id, "other metrics are the same study"
-    with pytest.raises(NotFound, match="no study on the page has this file.s people and order"):
+    with pytest.raises(NotFound, match="people and order; was it changed"):
         studies.stored(parse_study(STUDY.replace("trials = 2", "trials = 3")))
     other = Led(led.services, more)
     with pytest.raises(InputError, match="several studies are of this file; say --session"):
