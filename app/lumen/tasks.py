@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from app.cases.files import shipped_cavity
+from app.cases.model import Case
 from app.cases.service import CaseService
 from app.kit.errors import NotFound
 from app.lumen.cavity import is_cavity
@@ -50,6 +51,13 @@ def route_polyps(route: Route) -> Array:
     return np.array([mark.at for mark in route.marks if mark.kind == "polyp"]).reshape(-1, 3)
 
 
+def tasks_in(case: Case | None) -> tuple[TaskName, ...]:
+    """What can be done in a case: labels in the body cavity, polyps in every other lumen."""
+    if case is None or case.kind != "lumen":
+        return ()
+    return ("labels",) if is_cavity(case) else ("polyps",)
+
+
 class RouteTasks:
     """Makes tasks of routes. Thread-safe."""
 
@@ -79,13 +87,6 @@ class RouteTasks:
         path = self._paths.wait(route)
         task = self._of_route(route, path) if choice.places == "route" else self._drawn(route, path, choice, heard)
         return replace(task, hold_s=choice.hold_s)
-
-    def offered(self, case_id: str | None) -> tuple[TaskName, ...]:
-        """What can be done in a case: labels in the body cavity, polyps in every other lumen."""
-        try:
-            return () if case_id is None else ("labels",) if is_cavity(self._cases.get(case_id)) else ("polyps",)
-        except (NotFound, StorageError):
-            return ()
 
     def labels(self, route: StoredRoute, choice: TaskChoice) -> tuple[Label, ...]:
         """The labels of study II, where the robot of a route can trace them; takes seconds.

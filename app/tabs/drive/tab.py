@@ -16,7 +16,7 @@ from app.drives.view import FREE, details_section
 from app.kit.errors import NotFound
 from app.kit.kept import Same
 from app.lumen.document import StoredRoute
-from app.lumen.tasks import TaskName
+from app.lumen.tasks import TaskName, tasks_in
 from app.messages.fields import ClientMessage
 from app.messages.sections import Section, Sections
 from app.scene.lumen import PathwayNodes
@@ -164,7 +164,7 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
             super().handle_now(command)
 
     def _offered(self) -> tuple[TaskName, ...]:
-        return self.workspace.services.lumen_routes.tasks.offered(self.workspace.case.case_id)
+        return tasks_in(self.workspace.case.case)
 
     # -- what the page and the scene show
 

@@ -6,6 +6,9 @@ import { draw, hintLine, html, live, nothing, titled, unlessFocused } from "/sta
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { Commands, StageView, TruthSection, ViewModel } from "/static/js/types.js" */
 
+/** @typedef {Commands["rehearsal.errors"]} Change */
+
+const SAME = 1e-3; // of two sizes; the planner rounds them to 1e-4
 const OFF = "All off: the robot is exactly where it believes.";
 const HELP = "These errors change what is shown, not the drive: a person sees what the robot believes, and the certificate is of that. Compensation alone changes the drive: the robot then leads the bent tip along the path, and keeps the margin under the whole force of the hand.";
 
@@ -15,6 +18,8 @@ export class TruthGroup {
     this.connection = connection;
     /** @type {TruthSection | undefined} */
     this.shown = undefined;
+    /** @type {Change} what was chosen here and the planner does not tell yet: every figure of a drive draws the group anew */
+    this.chosen = {};
     this.element = h("div", { class: "group", id: "truth" });
     this.element.hidden = true;
   }
@@ -23,21 +28,25 @@ export class TruthGroup {
   update({ truth }) {
     if (truth === this.shown) return;
     this.shown = truth;
+    this.chosen = truth ? notTold(this.chosen, truth) : {};
     this.element.hidden = !truth;
     if (truth) this.render(truth);
   }
 
   /** @param {TruthSection} truth */
   render(truth) {
-    const head = truth.stages.find(({ name }) => name === "head");
-    const bends = truth.stages.find(({ name }) => name === "compliance");
+    const stages = truth.stages.map((stage) => chosenOf(stage, this.chosen));
+    const head = stages.find(({ name }) => name === "head");
+    const bends = stages.find(({ name }) => name === "compliance");
+    const { followed = truth.followed } = this.chosen;
+    const compensated = truth.compensated_mm_per_n;
     draw(this.element, titled("What really happens", null, html`
       ${hintLine("truth-words", words(truth), HELP, truth.below_margin)}
-      <ul class="stages">${truth.stages.map((stage) => this.stage(stage))}</ul>
-      ${head?.on ? html`<label class="check"><input type="checkbox" id="head-followed" .checked=${live(truth.followed)}
-        @change=${(/** @type {Event} */ event) => this.send({ followed: checked(event) })}>A reference follows the head</label>` : nothing}
-      ${bends?.on || truth.compensated_mm_per_n ? html`<label class="check"><input type="checkbox" id="compensate" .checked=${live(truth.compensated_mm_per_n > 0)}
-        ?disabled=${!truth.may_compensate && !truth.compensated_mm_per_n}
+      <ul class="stages">${stages.map((stage) => this.stage(stage))}</ul>
+      ${head?.on ? html`<label class="check"><input type="checkbox" id="head-followed" .checked=${live(followed)}
+        @change=${(/** @type {Event} */ event) => this.choose({ followed: checked(event) })}>A reference follows the head</label>` : nothing}
+      ${bends?.on || compensated ? html`<label class="check"><input type="checkbox" id="compensate" .checked=${live(compensated > 0)}
+        ?disabled=${!truth.may_compensate && !compensated}
         @change=${(/** @type {Event} */ event) => this.compensate(checked(event) ? bends?.value ?? 0 : 0)}>Robot compensates the bend</label>` : nothing}`));
   }
 
@@ -45,23 +54,54 @@ export class TruthGroup {
   stage({ name, label, unit, most, step, value, on, known, hint, refusal }) {
     return html`<li title=${refusal || hint}>
       <label class="check"><input type="checkbox" data-stage=${name} .checked=${live(on)} ?disabled=${Boolean(refusal)}
-        @change=${(/** @type {Event} */ event) => this.send({ [name]: checked(event) ? value : null })}>${label}</label>
+        @change=${(/** @type {Event} */ event) => this.choose({ [name]: checked(event) ? value : null })}>${label}</label>
       <input type="number" data-size=${name} aria-label="${label} in ${unit}" min="0" max=${most} step=${step} .value=${unlessFocused(String(Number(fixed(value, 3))))}
-        ?disabled=${!on || known} @change=${(/** @type {Event} */ event) => this.send({ [name]: size(event, most) })}>
+        ?disabled=${!on || known} @change=${(/** @type {Event} */ event) => this.choose({ [name]: size(event, most) })}>
       <span class="unit">${unit}</span></li>`;
   }
 
-  /** @param {Partial<Omit<Commands["rehearsal.errors"], "type">>} change */
-  send(change) {
-    const { stages = [], followed = false } = this.shown ?? {};
+  /** @param {Change} change */
+  choose(change) {
+    if (!this.shown) return;
+    this.chosen = { ...this.chosen, ...change };
+    const stages = this.shown.stages.map((stage) => chosenOf(stage, this.chosen));
     const asked = Object.fromEntries(stages.map(({ name, on, value, most }) => [name, on ? Math.min(value, most) : null]));
-    this.connection.send("rehearsal.errors", { followed, ...asked, ...change });
+    const followed = this.chosen.followed ?? this.shown.followed;
+    this.connection.request("rehearsal.errors", { ...asked, followed }).catch((error) => {
+      this.chosen = {};
+      if (this.shown) this.render(this.shown);
+      this.connection.say("note", { words: error.message, error: true });
+    });
   }
 
   /** @param {number} value in mm/N; 0: not */
   compensate(value) {
     this.connection.send("rehearsal.settings", { values: { compliance_mm_per_n: value } });
   }
+}
+
+/**
+ * A stage as it was chosen here.
+ * @param {StageView} stage
+ * @param {Change} chosen
+ */
+function chosenOf(stage, chosen) {
+  const value = /** @type {Record<string, number | null | undefined>} */ (chosen)[stage.name];
+  return value === undefined ? stage : { ...stage, on: value !== null, value: value ?? stage.value };
+}
+
+/**
+ * What of it the planner does not tell yet.
+ * @param {Change} chosen
+ * @param {TruthSection} truth
+ * @returns {Change}
+ */
+export function notTold(chosen, { stages, followed }) {
+  /** @type {Record<string, unknown>} */
+  const told = { followed, ...Object.fromEntries(stages.map(({ name, on, value }) => [name, on ? value : null])) };
+  const same = (/** @type {unknown} */ one, /** @type {unknown} */ other) =>
+    typeof one === "number" && typeof other === "number" ? Math.abs(one - other) < SAME : one === other;
+  return Object.fromEntries(Object.entries(chosen).filter(([name, value]) => !same(value, told[name])));
 }
 
 /** @param {Event} event */

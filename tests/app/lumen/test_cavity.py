@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from app.cases.model import CAVITY_PHANTOM, COLON_PHANTOM
+from app.cases.model import CAVITY_PHANTOM, COLON_PHANTOM, HEAD_PHANTOM
 from app.lumen.cavity import cavity_path
 from app.lumen.document import Route
-from app.lumen.tasks import TaskChoice
+from app.lumen.tasks import TaskChoice, tasks_in
 from app.services import Services
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -47,8 +47,8 @@ def test_a_bound_of_the_route_counts() -> None:
 
 
 def test_labels_are_offered_in_the_cavity_and_polyps_in_a_colon(phantom_services: Services) -> None:
-    tasks = phantom_services.lumen_routes.tasks
-    assert [tasks.offered(case) for case in (CAVITY_PHANTOM, COLON_PHANTOM, None)] == [("labels",), ("polyps",), ()]
+    cases = [phantom_services.cases.get(case) for case in (CAVITY_PHANTOM, COLON_PHANTOM, HEAD_PHANTOM)]
+    assert [tasks_in(case) for case in (*cases, None)] == [("labels",), ("polyps",), (), ()]
 
 
 def test_labels_in_a_colon_are_refused(phantom_services: Services, monkeypatch: pytest.MonkeyPatch) -> None:

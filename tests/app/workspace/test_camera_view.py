@@ -16,7 +16,8 @@ CENTRE, RADIUS = np.array([1.0, -20.0, 30.0]), 120.0
 def test_a_near_view_of_nothing_stays_outside_the_head() -> None:
     """A rehearsal of an empty plan has no position to show: as far away as a view of the whole head."""
     seen: list[CameraPose] = []
-    scene: Any = SimpleNamespace(look_from=seen.append, labels=SimpleNamespace(leave_to_page=lambda by_page: None))
+    labels = SimpleNamespace(leave_to_page=lambda by_page: None)
+    scene: Any = SimpleNamespace(look_from=seen.append, lens=None, labels=labels)
     view = CameraView(SimpleNamespace(extent=lambda: (CENTRE, RADIUS)))  # type: ignore[arg-type]
     view.attach(scene)
     for name in ("nose", "anterior"):
