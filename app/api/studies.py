@@ -8,11 +8,10 @@ import zipfile
 from pathlib import Path
 
 from fastapi import APIRouter, Response
-from msgspec.structs import replace
 
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.exchange.study_report import write_report
-from app.studies.course import file_of
+from app.studies.course import file_of, without_simulated
 from vfix_engine.study.own.evaluation import evaluate
 from vfix_engine.study.own.file import conditions
 from vfix_engine.study.own.order import order_of
@@ -29,8 +28,7 @@ router = APIRouter(prefix="/studies", tags=["studies"], responses=ERRORS)
 def study_results(study_id: Identifier, services: ServicesDep) -> Response:
     """Tables, statistics, plots and report of the people of a study so far, zipped; each run takes a moment."""
     content = services.studies.documents.get(study_id).content
-    study = file_of(content.text)
-    study = replace(study, subjects=replace(study.subjects, simulated=0))
+    study = without_simulated(file_of(content.text))
     names = [turn.name for turns in order_of(study).values() for turn in turns]
     with tempfile.TemporaryDirectory(dir=services.store.scratch.open()) as temporary:
         results = StudyResults(Path(temporary))

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
+from msgspec.structs import replace
+
 from app.studies.content import LedStudy, LedTrial
 from vfix_engine.errors import InputError
-from vfix_engine.study.own.file import StudyCondition, StudyFile, conditions, is_simulated, labels, parse_study
+from vfix_engine.study.own.file import StudyCondition, StudyFile, conditions, labels, parse_study
 from vfix_engine.study.own.order import Turn, order_of
 
 What = Literal["consent", "trial", "questionnaire", "done"]
@@ -51,9 +53,14 @@ def file_of(text: str) -> StudyFile:
     return parse_study(text)
 
 
+def without_simulated(study: StudyFile) -> StudyFile:
+    """The study of its people alone, whose order does not depend on simulated ones."""
+    return replace(study, subjects=replace(study.subjects, simulated=0))
+
+
 @lru_cache(maxsize=8)
 def _turns(text: str) -> dict[str, list[Turn]]:
-    return {code: turns for code, turns in order_of(file_of(text)).items() if not is_simulated(code)}
+    return order_of(without_simulated(file_of(text)))
 
 
 def course_of(content: LedStudy, subject: str) -> list[Place]:

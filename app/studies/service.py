@@ -13,11 +13,11 @@ from app.kit.errors import NotFound
 from app.plans.service import PlanService
 from app.store import Store
 from app.studies.content import STUDY, LedStudy
-from app.studies.course import Place, course_of, file_of
+from app.studies.course import Place, course_of, file_of, without_simulated
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.runtime.control_mode import FREEHAND, TELEOPERATED, Control
 from vfix_engine.runtime.run import Run
-from vfix_engine.study.own.file import OWN_TOOL, PLAIN, StudyCondition, StudyFile, conditions, is_simulated, parse_study
+from vfix_engine.study.own.file import OWN_TOOL, PLAIN, StudyCondition, StudyFile, conditions, parse_study
 from vfix_engine.study.own.order import Turn, order_of
 from vfix_engine.study.own.plugins import metric_named
 from vfix_engine.study.own.questionnaire import AnsweredTlx
@@ -25,6 +25,7 @@ from vfix_engine.study.own.recorded import recorded_trial
 from vfix_engine.study.own.results import StudyResults
 from vfix_engine.worlds.registry import spec_of
 
+MOST_TRIALS = 10_000  # each is looked at whenever the page is told what is next
 _PRESETS = {PLAIN: None, "none": None, "li2004": "li2004", "li2007": "li2007"}
 
 
@@ -55,6 +56,8 @@ class Studies:
         study = parse_study(text)
         if not study.subjects.codes:
             raise InputError("the study has no codes of people; give [subjects] codes.")
+        if len(study.subjects.codes) * study.trials * len(conditions(study)) > MOST_TRIALS:
+            raise InputError(f"the page leads up to {MOST_TRIALS:,} trials of people.")
         for metric in study.metrics:
             metric_named(metric)
         for condition in conditions(study):
@@ -86,8 +89,8 @@ class Studies:
         Raises NotFound where there is none, or the named one is of another file, and InputError where several are.
         """
         every = self.documents.list() if study_id is None else (self.documents.get(study_id),)
-        people = _people(study)
-        there = [one for one in every if not one.unreadable and _people(file_of(one.content.text)) == people]
+        people = _order_of_people(study)
+        there = [one for one in every if not one.unreadable and _order_of_people(file_of(one.content.text)) == people]
         if not there:
             raise NotFound("no study on the page has this file's people and order; was it changed?")
         if len(there) > 1:
@@ -172,8 +175,8 @@ class Studies:
             return None
 
 
-def _people(study: StudyFile) -> dict[str, list[Turn]]:
-    return {code: turns for code, turns in order_of(study).items() if not is_simulated(code)}
+def _order_of_people(study: StudyFile) -> dict[str, list[Turn]]:
+    return order_of(without_simulated(study))
 
 
 def _driven_by(run: StoredRun) -> tuple[str | None, object]:

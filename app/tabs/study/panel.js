@@ -63,7 +63,7 @@ export default class StudyPanel {
           <div class="row-tools"><button type="button" data-operation="study.repeat" ?disabled=${running} @click=${() => this.again(study, position)}>Repeat</button></div></li>`)}</ul>`)}</div>` : nothing}
       <div class="group"><div class="buttons">
         ${study.attached.length ? html`<button type="button" data-operation="study.repeat" ?disabled=${running} @click=${() => this.again(study, Math.max(...study.attached))}>Repeat last trial</button>` : nothing}
-        <button type="button" id="save-results" title="Tables, statistics and report, zipped" ?disabled=${!study.subjects.some(({ done: runs, skipped }) => runs + skipped)} @click=${() => download(`/api/v1/studies/${encodeURIComponent(study.id)}/results`)}>Save results</button>
+        ${study.following ? this.saveButton(study, "") : nothing}
         <span data-operation="study.new">${filesButton({ id: "open-study", input: "study-file", words: "Open another", disabled: running, accept: ".toml" }, ([file]) => openStudy(this.connection, file))}</span></div></div>`);
   }
 
@@ -86,12 +86,19 @@ export default class StudyPanel {
   }
 
   /** What came of a subject, and who follows; or of all. @param {LedStudyView} study */
-  done({ subject, subjects, following }) {
+  done(study) {
+    const { subject, subjects, following } = study;
     const of = following ? subjects.filter(({ code }) => code === subject) : subjects;
     const [runs, skipped] = [of.reduce((sum, one) => sum + one.done, 0), of.reduce((sum, one) => sum + one.skipped, 0)];
     return titled(following ? `${subject} is done` : "All done", null, html`
       <dl class="facts" id="study-done"><dt>Runs</dt><dd>${runs}</dd><dt>Missing</dt><dd>${skipped}</dd></dl>
-      ${following ? html`<button type="button" class="primary wide" data-operation="study.subject" @click=${() => this.choose(following)}>Next: ${following}</button>` : nothing}`);
+      ${following ? html`<button type="button" class="primary wide" data-operation="study.subject" @click=${() => this.choose(following)}>Next: ${following}</button>` : this.saveButton(study, "primary wide")}`);
+  }
+
+  /** @param {LedStudyView} study @param {string} look */
+  saveButton({ id, subjects }, look) {
+    return html`<button type="button" id="save-results" class=${look} title="Tables, statistics and report, zipped" ?disabled=${!subjects.some(({ done, skipped }) => done + skipped)}
+      @click=${() => download(`/api/v1/studies/${encodeURIComponent(id)}/results`)}>Save results</button>`;
   }
 
   /** @param {LedStudyView} study */

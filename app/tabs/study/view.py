@@ -48,9 +48,7 @@ def study_hint(content: LedStudy) -> str:
     if now.what == "questionnaire":
         return f"{subject} moves each scale; then Save answers."
     if now.place is None:
-        return (
-            f"{following} is next." if following else "Everybody is done: Save results has tables and report."
-        )
+        return f"{following} is next." if following else "Everybody is done: Save results."
     if now.place.led is not None:
         return "The trial goes on in Rehearse."
     return f"{subject} drives {now.place.label} next: Begin trial."

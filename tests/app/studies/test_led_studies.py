@@ -45,6 +45,7 @@ plan = "Through the tube"
 [subjects]
 codes = ["P01", "P02"]
 """
+MANY = ", ".join(f'"Q{number}"' for number in range(6))
 RATINGS = (0, 5, 50, 95, 100, 20)
 
 
@@ -247,6 +248,12 @@ def test_what_is_noted_survives_a_restart(led: Led) -> None:
         (lambda text: 'tools = ["hook"]' + text, InputError, "plan's own tool"),
         (lambda text: 'arms = ["stiff"]' + text, InputError, "no arm"),
         (lambda text: text + "[", InputError, "TOML"),
+        (
+            lambda text: text.replace("trials = 2", "trials = 1000").replace('"P02"', MANY),
+            InputError,
+            "up to 10,000 trials",
+        ),
+        (lambda text: 'metrics = ["luck"]' + text, InputError, "luck"),
         (lambda text: text.replace("endoscope", "inside"), InputError, "views"),
         (lambda text: text.replace("nasa-tlx", "sus"), InputError, "questionnaire"),
     ],
@@ -274,7 +281,18 @@ def test_over_rest(client: Client, old_home: Services) -> None:
     for wrong in ([50] * 5, [50] * 5 + [51], [50] * 5 + [105]):
         answer = client.post(f"{address}/answers", json={"subject": "P01", "ratings": wrong})
         assert answer.status_code == 422
-    assert client.post(f"{address}/skips", json={"subject": "P01", "reason": ""}).status_code == 422
+    hostile = [
+        ("subject", "PUT", {"subject": "P03"}), ("consents", "POST", {"subject": "P03"}),
+        ("trials", "POST", {"subject": "../P01"}), ("trials", "POST", {"subject": 1}),
+        ("runs", "POST", {"subject": "P01", "run_id": "../../etc"}), ("repeats", "POST", {"subject": "P01", "position": 10**9}),
+        ("repeats", "POST", {"subject": "P01", "position": 4}), ("skips", "POST", {"subject": "P01", "reason": "x" * 201}),
+        ("skips", "POST", {"subject": "P01", "reason": ""}),
+    ]  # fmt: skip
+    for path, method, body in hostile:
+        assert client.request(method, f"{address}/{path}", json=body).status_code == 422, (path, body)
+    studies = f"/api/v1/cases/{case}/studies"
+    for text in ("x = [" * 5000, "\x00", "name = 1", "#" * (65 << 10)):
+        assert client.post(studies, json={"text": text}).status_code in (413, 422), text[:20]
     assert client.post(f"{address}/skips", json={"subject": "Ann Example", "reason": "ill"}).status_code == 422
 
 
