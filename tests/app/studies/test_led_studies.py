@@ -284,8 +284,10 @@ def test_over_rest(client: Client, old_home: Services) -> None:
     hostile = [
         ("subject", "PUT", {"subject": "P03"}), ("consents", "POST", {"subject": "P03"}),
         ("trials", "POST", {"subject": "../P01"}), ("trials", "POST", {"subject": 1}),
-        ("runs", "POST", {"subject": "P01", "run_id": "../../etc"}), ("repeats", "POST", {"subject": "P01", "position": 10**9}),
-        ("repeats", "POST", {"subject": "P01", "position": 4}), ("skips", "POST", {"subject": "P01", "reason": "x" * 201}),
+        ("runs", "POST", {"subject": "P01", "run_id": "../../etc"}),
+        ("repeats", "POST", {"subject": "P01", "position": 10**9}),
+        ("repeats", "POST", {"subject": "P01", "position": 4}),
+        ("skips", "POST", {"subject": "P01", "reason": "x" * 201}),
         ("skips", "POST", {"subject": "P01", "reason": ""}),
     ]  # fmt: skip
     for path, method, body in hostile:

@@ -91,9 +91,7 @@ def test_a_run_that_was_stored_while_no_page_was_there_is_the_trial(leader: Lead
     leader.tab.close()
     leader.store()
     anew = StudyTab(workspace_of(leader.services))
-    assert not anew.offered
     send(anew, "study.show", study_id=study)
-    assert anew.offered
     assert anew.tick() is True
     assert sections_of(anew)["study"]["attached"] == [1]
 
@@ -113,18 +111,19 @@ def test_a_run_of_another_mode_is_told_once_and_the_trial_goes_on(leader: Leader
 
 
 def test_a_trial_fixes_the_drive_of_its_plan_until_it_ends(leader: Leader) -> None:
-    workspace = leader.tab.workspace
-    assert workspace.fixed is None
-    send(leader.tab, "study.begin", subject="P01")
-    assert workspace.fixed == FixedDrive(str(leader.run.plan_id), Control("hands-on"), None)
-    send(leader.tab, "study.repeat", subject="P01", position=1)
-    assert workspace.fixed is None, "cancelled"
-    send(leader.tab, "study.begin", subject="P01")
-    send(leader.tab, "study.skip", subject="P01", reason="ill")
-    assert workspace.fixed is None
-    send(leader.tab, "study.begin", subject="P01")
-    send(leader.tab, "study.show", study_id=None)
-    assert workspace.fixed is None
+    def fixed_after(kind: str, **fields: Any) -> FixedDrive | None:
+        send(leader.tab, kind, **fields)
+        return leader.tab.workspace.fixed
+
+    expected = FixedDrive(str(leader.run.plan_id), Control("hands-on"), None)
+    ends: list[tuple[str, dict[str, Any]]] = [
+        ("study.repeat", {"subject": "P01", "position": 1}),
+        ("study.skip", {"subject": "P01", "reason": "ill"}),
+        ("study.show", {"study_id": None}),
+    ]
+    for kind, fields in ends:
+        assert fixed_after("study.begin", subject="P01") == expected
+        assert fixed_after(kind, **fields) is None, kind
     assert not leader.tab.offered
 
 
