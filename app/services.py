@@ -128,6 +128,7 @@ class Services:
         from app.drives.runs import RunService
         from app.drives.swept_runs import SweptRuns
         from app.live import LiveBoard
+        from app.studies.service import Studies
 
         self.runs = RunService(self.store)
         self.run_comments = RunComments(self.store, self.runs)
@@ -136,6 +137,7 @@ class Services:
         self.recordings = Recordings(self.jobs, self.runs, self.run_scores)
         self.live = LiveBoard()
         self.assignments = Assignments(self.store, self.cases, self.plans, self.runs, self.run_scores)
+        self.studies = Studies(self.store, self.cases, self.plans, self.runs)
 
     def _add_exchange(self) -> None:
         """What leaves the planner, and archives that come back."""

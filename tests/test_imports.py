@@ -65,6 +65,7 @@ APP_ROOMS = {
     "planning": 7,
     "drives": 8,
     "assignments": 9,
+    "studies": 9,
     "exchange": 9,
     "services": 10,
     "api": 11,

@@ -34,6 +34,7 @@ from app.api import (
     runs,
     segmentation,
     structures,
+    studies,
     suggestions,
     tool_poses,
     tracing,
@@ -81,6 +82,7 @@ for part in (
     run_scores,
     run_swept,
     assignments,
+    studies,
 ):
     router.include_router(part.router)
 

@@ -1,4 +1,4 @@
-"""`vfix study run`, `order`, `attach`, `new` and `power`: a user's own study."""
+"""`vfix study run`, `order`, `attach`, `collect`, `new` and `power`: a user's own study."""
 
 from __future__ import annotations
 
@@ -16,19 +16,20 @@ from app.commands.head_options import say_notes
 from app.commands.study_template import TEMPLATE
 from app.exchange.plan_files import write_export
 from app.exchange.study_report import report_lines, write_report
+from app.extras import need_app
 from vfix_engine.errors import InputError
 from vfix_engine.runtime.run import digest
 from vfix_engine.study.farm import run_all
-from vfix_engine.study.metrics import score_run
 from vfix_engine.study.own.evaluation import evaluate
 from vfix_engine.study.own.file import StudyFile, TrialName, conditions, is_simulated, labels, nearest, read_study
 from vfix_engine.study.own.order import Turn, order_of
-from vfix_engine.study.own.plugins import ScoredTrial, metric_named, operator_named
+from vfix_engine.study.own.plugins import metric_named, operator_named
+from vfix_engine.study.own.questionnaire import AnsweredTlx
+from vfix_engine.study.own.recorded import recorded_trial
 from vfix_engine.study.own.results import StudyResults, TrialRecord, done_of
-from vfix_engine.study.own.simulated import SimulatedTrials, measured
+from vfix_engine.study.own.simulated import SimulatedTrials
 from vfix_engine.study.statistics import least_subjects, power
 from vfix_engine.worlds.registry import spec_of
-from vfix_engine.worlds.rigid.row import PHASES
 from vfix_engine.worlds.rigid.scene_parts import tool_parts
 
 NOTICE = "Not for clinical use."
@@ -52,12 +53,16 @@ def add_parsers(studies: argparse._SubParsersAction[argparse.ArgumentParser], wo
     attach.add_argument("run", metavar="RUN", help="id of a stored run, or folder of a recorded one")
     attach.add_argument("--subject", metavar="CODE", required=True, help="who drove it")
     attach.add_argument("--position", type=positive, help="which trial of the subject's order (else the next one)")
+    collect = studies.add_parser("collect", help="bring what was led on the page into the results")
+    collect.add_argument("file", metavar="STUDY", type=Path, help="the .toml file that was opened on the page")
+    collect.add_argument("--results", metavar="FOLDER", type=Path, help="of the results (else STUDY.results)")
+    collect.add_argument("--session", metavar="ID", help="of the stored study, where several are of this file")
     strength = studies.add_parser("power", help="power of a paired t test with a planned number of subjects")
     strength.add_argument("--subjects", type=positive, required=True, help="the planned number")
     strength.add_argument("--effect", type=float, required=True, help="d_z: mean difference over its SD")
     strength.add_argument("--comparisons", type=positive, default=1, help="corrected after Holm (default 1)")
     strength.add_argument("--level", type=float, default=0.05, help="of significance (default 0.05)")
-    for each in (new, run, order, attach, strength):
+    for each in (new, run, order, attach, collect, strength):
         each.add_argument("--json", action="store_true", help="one JSON object on stdout")
 
 
@@ -84,8 +89,9 @@ def run(args: argparse.Namespace, progress: Progress) -> int:
         wanted = [name for name in names if is_simulated(name.subject) and name not in done]
         done |= _simulate(trials, wanted, results, args, progress)
     done = done_of(study, done)
-    told = evaluate(study, done)
-    files = write_report(results.folder, told, study, [done[name] for name in names if name in done])
+    answers, reasons = _answers(study, results), results.read_reasons(names)
+    told = evaluate(study, done, answers, reasons)
+    files = write_report(results.folder, told, study, [done[name] for name in names if name in done], answers)
     _say(args, told | {"files": files}, [*report_lines(told), f"{results.folder}: {', '.join(files)}. {NOTICE}"])
     return 0
 
@@ -169,6 +175,26 @@ def attach(args: argparse.Namespace, progress: Progress) -> int:
     return 0
 
 
+def collect(args: argparse.Namespace, progress: Progress) -> int:
+    """Score the runs of a study that was led on the page, and bring them, answers and reasons into the results."""
+    study, results = _opened(args)
+    services = optional_services()
+    if services is None:
+        raise need_app("A stored study")
+    document = services.studies.stored(study, args.session)
+    notes = services.studies.collect(document.content, study, results, progress)
+    say_notes(notes)
+    every = _of_people(study, None)
+    done, answers = _done(study, results, every), _answers(study, results)
+    counts = {"study": document.id, "trials": len(done), "answers": len(answers), "not_collected": notes}
+    _say(args, counts, [f"{len(done)} trials and {len(answers)} questionnaires of people are in the results. {NOTICE}"])
+    return 0
+
+
+def _answers(study: StudyFile, results: StudyResults) -> list[AnsweredTlx]:
+    return results.read_answers(study.subjects.codes, conditions(study))
+
+
 def _record_of(study: StudyFile, name: TrialName, found: FoundRun, expected: Any) -> TrialRecord:
     """The record of a run that was driven as a condition says. Raises InputError."""
     recorded, condition = found.run, name.condition
@@ -185,10 +211,7 @@ def _record_of(study: StudyFile, name: TrialName, found: FoundRun, expected: Any
         wrong.append(f"its program is not that of the arm {condition.arm}")
     if wrong:
         raise InputError(f"the run {found.name!r:.80} is not of this trial: {'; '.join(wrong)}")
-    score = score_run(recorded, spec)
-    completed = bool((recorded.column("phase")[-score.samples :] == PHASES.index("done")).any())
-    trial = ScoredTrial(recorded, spec, score, completed)
-    return TrialRecord.of(name, "", trial, measured(study, trial), _known_as(found))
+    return recorded_trial(study, name, recorded, spec, _known_as(found))
 
 
 def _known_as(found: FoundRun) -> str:
@@ -217,7 +240,7 @@ def strength(args: argparse.Namespace, progress: Progress) -> int:
 
 
 ACTIONS: Mapping[str, Callable[[argparse.Namespace, Progress], int]] = {
-    "new": new, "run": run, "order": order, "attach": attach, "power": strength,
+    "new": new, "run": run, "order": order, "attach": attach, "collect": collect, "power": strength,
 }  # fmt: skip
 
 

@@ -22,6 +22,12 @@ plan = "head-phantom-sample"  # a plan's id or name, or a file
 simulated = 10              # simulated people, drawn from the seed
 codes = []                  # codes of real people, such as ["P01", "P02"]; never names
 
+# On the page, for real people; before [[plans]]:
+# consent = "I take part of my own will, and may stop at any time."
+# break_min = 5             # between conditions
+# questionnaire = "nasa-tlx"  # after each condition
+# views = { freehand = "endoscope", hands-on = "outside" }  # the view of a mode
+
 # operator = "person"       # of the simulated people: "person", "steady", or of an entry point vfix.operators
 # [person]                  # medians of the simulated people's parameters that differ from the defaults
 # tremor_mm = 0.2

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from app.clock import utc_now
 from app.drives.live_comments import LiveComments
 from app.drives.run_scores import RunScores
 from app.drives.runs import Measure, RunService, has_ticks
@@ -30,7 +31,8 @@ class Recording:
     """One drive's recording.
 
     folder: of its run, created by the drive. case_id, document_id: what is driven; subject: its name.
-    comments: those written during the drive. plan_sha256: `driven_hash` of the plan; None of a route.
+    comments: those written during the drive. plan_sha256: `driven_hash` of the plan; None of a route. began: when the
+    recording was made.
     measure_by: called when the drive has ended; returns measurements of the run before it is stored.
     scores: compute its score once it is stored, so that lists have it; None: when somebody asks.
     unstored: recordings that could not be stored, such as on a full disk; they stay until they can be.
@@ -46,6 +48,7 @@ class Recording:
     comments: LiveComments
     scores: RunScores | None = None
     plan_sha256: str | None = None
+    began: str = ""
     unstored: list[Recording] = field(default_factory=list, compare=False)
 
     def keep(self) -> None:
@@ -72,7 +75,7 @@ class Recording:
         progress("Storing the run", 0.5)
         ids = {"case_id": self.case_id, "plan_id": self.document_id, "plan_sha256": self.plan_sha256}
         try:
-            run = self.runs.keep(self.folder, origin="page", measure=measure, **ids)
+            run = self.runs.keep(self.folder, origin="page", began=self.began, measure=measure, **ids)
         except StorageError as error:
             self.unstored.append(self)
             raise StorageError(
@@ -113,9 +116,10 @@ class Recordings:
         earlier, self._unstored[:] = tuple(self._unstored), ()
         for one in earlier:
             one.keep()
-        folder = self._runs.new_folder("page", case_id=case_id, plan_id=document_id, plan_sha256=plan_sha256)
+        began, ids = utc_now(), {"case_id": case_id, "plan_id": document_id, "plan_sha256": plan_sha256}
+        folder = self._runs.new_folder("page", began=began, **ids)
         drive = folder, case_id, document_id, subject, self._runs, self._jobs
-        return Recording(*drive, measure_by, LiveComments(folder), self._scores, plan_sha256, self._unstored)
+        return Recording(*drive, measure_by, LiveComments(folder), self._scores, plan_sha256, began, self._unstored)
 
     def attempt(
         self,

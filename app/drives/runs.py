@@ -62,6 +62,7 @@ class StoredRun:
     run. files: by name. pierced: what the tool pierced, as in `PiercedReport`; None where that was not measured.
     plan_sha256: `driven_hash` of the plan that was driven; None where that was not told.
     teacher: whether it is marked as the teacher's, of which a plan has one at most. comments: in the order of time.
+    recorded: when it was stored; began: when its recording began, '' where that was not told.
     """
 
     id: str
@@ -77,6 +78,7 @@ class StoredRun:
     teacher: bool = False
     comments: tuple[RunComment, ...] = ()
     plan_sha256: str | None = None
+    began: str = ""
 
     @property
     def world(self) -> str:
@@ -124,6 +126,7 @@ class RunService:
         case_id: str | None = None,
         plan_id: str | None = None,
         plan_sha256: str | None = None,
+        began: str = "",
     ) -> Path:
         """A new path where a drive can write its run. A run that is not stored is removed when the planner ends.
 
@@ -136,7 +139,7 @@ class RunService:
         if origin is not None:
             try:
                 note = {"origin": origin, "case_id": case_id, "plan_id": plan_id, "plan_sha256": plan_sha256}
-                beside(folder, "json").write_text(json.dumps(note))
+                beside(folder, "json").write_text(json.dumps(note | ({"began": began} if began else {})))
             except OSError as error:
                 raise StorageError(f"the data folder takes no recording: {error.strerror or error}.") from error
         return folder
@@ -157,6 +160,7 @@ class RunService:
         case_id: str | None = None,
         plan_id: str | None = None,
         plan_sha256: str | None = None,
+        began: str = "",
         measure: Measure | None = None,
     ) -> StoredRun:
         """Store the run in a folder, complete or interrupted, and delete the folder; the oldest runs are deleted if
@@ -194,6 +198,8 @@ class RunService:
             stored: dict[str, Any] = {"manifest": manifest, "end": end, "origin": origin, "pierced": pierced}
             if plan_sha256 is not None:
                 stored["plan_sha256"] = plan_sha256
+            if began:
+                stored["began"] = began
             if comments:
                 stored[COMMENTS] = [vars(one) for one in comments]
             listed = {name: {"sha256": file.sha256, "size_bytes": file.size_bytes} for name, file in files.items()}
@@ -395,6 +401,7 @@ def _run(row: RunRow) -> StoredRun:
         teacher=stored.get("teacher", False),
         comments=comments_in(stored),
         plan_sha256=stored.get("plan_sha256"),
+        began=stored.get("began", ""),
     )
 
 

@@ -15,6 +15,7 @@ from typing import Any
 from app.exchange.study_plot import plot
 from vfix_engine.study.own.evaluation import NOTICE
 from vfix_engine.study.own.file import StudyFile
+from vfix_engine.study.own.questionnaire import AnsweredTlx
 from vfix_engine.study.own.results import TrialRecord, write_whole
 
 _COLUMNS = ("subject", "case", "plan", "mode", "arm", "tool", "trial", "completed")
@@ -22,15 +23,28 @@ _SUMMARY = ("", "n", "mean", "SD of subjects", "95 % interval")
 _TESTS = ("n", "mean difference", "95 % interval", "d_z", "p, t", "p, t, Holm", "p, Wilcoxon", "p, Wilcoxon, Holm")
 
 
-def write_report(folder: Path, told: Mapping[str, Any], study: StudyFile, records: Sequence[TrialRecord]) -> list[str]:
-    """Write trials, statistics, plots and page into a folder, and return their names. Raises InputError."""
+def write_report(
+    folder: Path,
+    told: Mapping[str, Any],
+    study: StudyFile,
+    records: Sequence[TrialRecord],
+    answers: Sequence[AnsweredTlx] = (),
+) -> list[str]:
+    """Write trials, what people answered, what is missing of them, statistics, plots and page into a folder.
+
+    Returns the names of the files. Raises InputError.
+    """
     written: dict[str, bytes] = {
         "trials.csv": _csv(study, records).encode(),
         "statistics.json": (json.dumps(told, allow_nan=False, indent=1) + "\n").encode(),
     }
+    if answers:
+        written["answers.csv"] = _answers_csv(answers).encode()
+    if missing := told["groups"].get("people", {}).get("missing"):
+        written["missing.csv"] = _table_csv(list(missing[0]), missing).encode()
     plots: dict[str, dict[str, str]] = {}
     for group, one in told["groups"].items():
-        plots[group] = {metric: plot(metric, values) for metric, values in one["metrics"].items()}
+        plots[group] = {metric: plot(metric, values) for metric, values in _compared(one).items()}
         for metric, svg in plots[group].items():
             written[f"{group.replace(' ', '_')}_{metric}.svg"] = _alone(svg).encode()
     written["report.html"] = _page(told, plots).encode()
@@ -48,7 +62,7 @@ def report_lines(told: Mapping[str, Any]) -> list[str]:
     for group, one in told["groups"].items():
         lines.append(f"{told['name']}: {one['subjects']} {group}, {one['done']} of {one['planned']} trials")
         lines += _gaps(one)
-        for metric, values in one["metrics"].items():
+        for metric, values in _compared(one).items():
             rows = [_SUMMARY, *(_summary_row(*row) for row in values["conditions"].items())]
             lines += ["", _heading(metric, values), *_aligned(rows)]
             if values["pairs"]:
@@ -56,6 +70,11 @@ def report_lines(told: Mapping[str, Any]) -> list[str]:
                 lines += ["", *_aligned(tests)]
         lines.append("")
     return lines
+
+
+def _compared(group: Mapping[str, Any]) -> dict[str, Any]:
+    """What conditions are compared in: the metrics, and what people answered."""
+    return {**group["metrics"], **group.get("questionnaire", {})}
 
 
 def _rows(study: StudyFile, records: Sequence[TrialRecord]) -> list[dict[str, Any]]:
@@ -71,13 +90,24 @@ def _measured(study: StudyFile) -> list[str]:
 
 
 def _csv(study: StudyFile, records: Sequence[TrialRecord]) -> str:
-    """A line a trial; a first line, a comment, has the notice."""
+    """A line a trial."""
+    rows = [row | {"completed": int(row["completed"])} for row in _rows(study, records)]
+    return _table_csv([*_COLUMNS, *_measured(study)], rows)
+
+
+def _answers_csv(answers: Sequence[AnsweredTlx]) -> str:
+    """A line a questionnaire."""
+    rows = [{"subject": one.subject, **one.condition._asdict(), **one.values} for one in answers]
+    return _table_csv(list(rows[0]), rows)
+
+
+def _table_csv(heads: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> str:
+    """A first line, a comment, has the notice."""
     out = io.StringIO()
     out.write(f"# {NOTICE}\n")
-    writer = csv.DictWriter(out, [*_COLUMNS, *_measured(study)], lineterminator="\n")
+    writer = csv.DictWriter(out, heads, lineterminator="\n")
     writer.writeheader()
-    for row in _rows(study, records):
-        writer.writerow(row | {"completed": int(row["completed"])})
+    writer.writerows(rows)
     return out.getvalue()
 
 
@@ -110,7 +140,7 @@ def _page(told: Mapping[str, Any], plots: Mapping[str, Mapping[str, str]]) -> st
             f"<section><h1>{escape(group.capitalize())}</h1><p>{one['subjects']} subjects, {one['done']} of "
             f"{one['planned']} trials.</p>{gaps}</section>"
         )
-        for metric, values in one["metrics"].items():
+        for metric, values in _compared(one).items():
             rows = [_summary_row(*row) for row in values["conditions"].items()]
             summary = _table(_SUMMARY, rows)
             tests = [_test_row(pair, test) for pair, test in values["pairs"].items()]
@@ -176,13 +206,18 @@ def _gaps(group: Mapping[str, Any]) -> list[str]:
     for name, words in (("missing", "missing"), ("unfinished", "not driven to the end")):
         trials = group[name]
         if trials:
-            first = "; ".join(f"{one['subject']}: {one['condition']}, {one['trial']}" for one in trials[:_MOST_SAID])
+            first = "; ".join(map(_gap, trials[:_MOST_SAID]))
             more = f" and {len(trials) - _MOST_SAID} more" if len(trials) > _MOST_SAID else ""
             found.append(f"{len(trials)} trials {words}: {first}{more}")
     return found
 
 
 _MOST_SAID = 8
+
+
+def _gap(one: Mapping[str, Any]) -> str:
+    reason = f" ({one['reason']})" if one.get("reason") else ""
+    return f"{one['subject']}: {one['condition']}, {one['trial']}{reason}"
 
 
 def _heading(metric: str, values: Mapping[str, Any]) -> str:

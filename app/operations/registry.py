@@ -12,6 +12,7 @@ DOCUMENTS: list[str] = [
     "app.lumen.operations",
     "app.plans.operations",
     "app.registration.operations",
+    "app.studies.operations",
 ]
 
 

@@ -20,6 +20,7 @@ TABS: list[str] = [
     "app.tabs.route",
     "app.tabs.drive",
     "app.tabs.review",
+    "app.tabs.study",
 ]
 
 

@@ -14,6 +14,7 @@ from app.services import Services
 from app.workspace import commands as c
 from app.workspace.camera_view import CameraView
 from app.workspace.case_view import CaseView
+from app.workspace.fixed_drive import FixedDrive
 from app.workspace.open_plan import OpenedPlan
 from app.workspace.opened import OpenedDocuments
 from vfix_engine.errors import InputError
@@ -43,6 +44,7 @@ class Workspace:
         self.camera = CameraView(self.case)
         self.plan = OpenedPlan()
         self.opened = OpenedDocuments()  # of other kinds
+        self.fixed: FixedDrive | None = None  # by a trial that goes on
         self._case_listeners: list[Callable[[str | None], None]] = []
 
     def note(self, words: str, error: bool = False) -> None:

@@ -25,3 +25,21 @@ test("the endoscope is kept beside the layout of several views that other steps 
   layouts.endoscope = false;
   assert.equal(layouts.before, "two-by-two");
 });
+
+test("a layout that is fixed cannot be left, is not remembered, and gives way to the one from before", () => {
+  const kept = /** @type {Record<string, string>} */ ({});
+  Object.assign(globalThis, { localStorage: { setItem: (/** @type {string} */ key, /** @type {string} */ value) => { kept[key] = value; } } });
+  const fields = { shared: "two-by-two", first: false, fixed: null, plain: "two-by-two", several: "two-by-two", available: true, path: true, sliced: true, endoscope: true, render: () => {} };
+  const layouts = Object.assign(Object.create(Layouts.prototype), fields);
+  layouts.fix("endoscope-alone");
+  for (const other of ["axial", "one-three"]) {
+    layouts.set(other);
+    assert.equal(layouts.can(other), false);
+  }
+  assert.equal(layouts.can("endoscope-alone"), true);
+  layouts.swapEndoscope();
+  layouts.fix(null);
+  assert.deepEqual([layouts.layout, kept], ["two-by-two", {}]);
+  layouts.set("axial");
+  assert.equal(layouts.layout, "axial");
+});

@@ -1,6 +1,7 @@
 // The menu of devices: which one drives, whether it is there, and what each of its axes does, live.
 import { h } from "/static/js/dom.js";
 import { DEVICES, HandDevices } from "/static/js/devices/hand-devices.js";
+import { isTrial } from "/static/js/led-study.js";
 import { draw, hintLine, html, nothing, titled } from "/static/js/template.js";
 import { isFree } from "./modes.js";
 
@@ -86,7 +87,9 @@ export class DeviceMenu {
    * read knows no other. With mouse and keys both can be had.
    * @param {ViewModel} state
    */
-  tell({ rehearsal }) {
+  tell(state) {
+    const { rehearsal } = state;
+    if (isTrial(state)) return; // it says which
     const led = Boolean(rehearsal?.mine) && rehearsal?.control?.mode === "teleoperated", begins = led && !this.led;
     this.led = led;
     if (!rehearsal || !rehearsal.control || !led || !(this.owed || (begins && this.devices.source))) return;

@@ -31,6 +31,7 @@ RANGES_MM: dict[str, tuple[float, float, float]] = {"tube_mm": (0.5, 10.0, 0.1),
 NO_PATH_YET = "The plan has no path yet."
 OF_ANOTHER = "Another window holds the handle."
 TAKE_FIRST = "Take the handle first."
+OF_TRIAL = "The trial fixes it."
 
 
 @dataclass(frozen=True)
@@ -146,11 +147,12 @@ def options_section(
     has_ct: bool,
     may_change: bool,
     free: bool = False,
+    fixed: bool = False,
 ) -> OptionsSection:
     """Options, the effect of each, and why one cannot be used.
 
     in_force: of the present robot; None where there is none. centre: None without a path. free: nobody
-    holds the handle.
+    holds the handle. fixed: a trial of a study goes on.
     """
     refusals = {
         "soft_tissue": "" if has_ct else NO_CT,
@@ -165,7 +167,7 @@ def options_section(
             "label": label,
             "words": _option_words(words, _is_on(wanted, name), _is_on(in_force or wanted, name)),
             "on": _is_on(wanted, name),
-            "refusal": refusals[name] or ("" if may_change else not_held(free)),
+            "refusal": refusals[name] or (OF_TRIAL if fixed else "" if may_change else not_held(free)),
         }
         for name, (label, words) in _LABELS.items()
     ]

@@ -6,6 +6,7 @@ import { EndCard } from "/static/js/end-card.js";
 import { isOld } from "/static/js/verdict-line.js";
 import { fixed, mm } from "/static/js/format.js";
 import { holdButton } from "/static/js/hold.js";
+import { isTrial } from "/static/js/led-study.js";
 import { NearnessGauge } from "/static/js/nearness.js";
 import { say } from "/static/js/said.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
@@ -101,8 +102,10 @@ export default class RehearsePanel {
     connection.on("state", ({ state }) => { if (state.step?.name !== "rehearse") this.countdown.cancel(); });
     this.endCard = new EndCard(connection, () => this.start());
     this.assignment = new AssignmentGroup(connection);
+    this.trialHead = h("h2", { id: "trial-head" });
+    this.trial = h("div", { class: "group", id: "trial", hidden: true }, h("div", { class: "group-head" }, this.trialHead), h("p", { class: "words" }, "Drive to the end, then press Finish run."));
     this.comments = new CommentsGroup(connection);
-    this.element = h("div", {}, this.endCard.element, this.assignment.element,
+    this.element = h("div", {}, this.trial, this.endCard.element, this.assignment.element,
       group("Drive", null, this.words, this.unrecorded, this.registration.element, this.tissueWords, this.startRow, this.countdown.element),
       this.comments.element,
       this.controls.element,
@@ -129,10 +132,14 @@ export default class RehearsePanel {
     this.registration.update(state);
     this.countdown.follow(rehearsal.state);
     const live = isLive(rehearsal);
-    const adjustable = live && Boolean(rehearsal.mine);
+    const trial = isTrial(state);
+    this.trial.hidden = !trial;
+    this.assignment.element.hidden = trial; // one task at a time
+    if (trial) say(this.trialHead, `${state.study?.subject}: trial ${state.study?.trial?.position} of ${state.study?.total}`);
+    const adjustable = live && !trial && Boolean(rehearsal.mine);
     this.changedFields([state.settings, adjustable], () => this.renderFields(state.settings, adjustable));
     const freehand = isFree(rehearsal);
-    this.controls.update(state, live ? Boolean(rehearsal.mine) : Boolean(rehearsal.mine || rehearsal.can_take));
+    this.controls.update(state, !trial && (live ? Boolean(rehearsal.mine) : Boolean(rehearsal.mine || rehearsal.can_take)));
     this.truth.update(state);
     this.rehearsalOptions.update(state);
     this.rehearsalOptions.element.hidden = freehand; // nothing holds that tool

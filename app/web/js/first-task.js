@@ -46,11 +46,12 @@ export class FirstTask {
   }
 
   /**
-   * Of two lists of steps one is enough: Plan and Register have their own. In Review, and in a lumen, nothing of it can be done.
+   * Of two lists of steps one is enough: Plan and Register have their own, and a study tells what is next. In Review, and in a lumen,
+   * nothing of it can be done.
    * @param {ViewModel} state
    */
   update(state) {
-    this.box.hidden = !this.wanted || state.case?.parts.includes("structures") === false || (["plan", "register", "review"].includes(state.step?.name ?? "") && !this.asked);
+    this.box.hidden = !this.wanted || Boolean(state.study) || state.case?.parts.includes("structures") === false || (["plan", "register", "review"].includes(state.step?.name ?? "") && !this.asked);
     if (state.rehearsal?.phase === "done") this.tick(2);
   }
 

@@ -68,6 +68,7 @@ export class Layouts {
     this.plain = /** @type {Layout} */ (recall("layout-several", PLAIN, "one-three")); // of several views, without the endoscope
     this.several = SEVERAL.includes(this.layout) ? this.layout : this.plain; // the one of several views that was shown last
     this.folded = recall("panel", ["folded", "open"], "open") === "folded";
+    this.fixed = /** @type {Layout | null} */ (null); // the one that cannot be left now
     this.available = true; // whether there are slices to show
     this.sliced = true; // or may be, of such a case
     this.path = false; // and a view across a path
@@ -136,6 +137,7 @@ export class Layouts {
 
   /** @param {Layout} layout */
   set(layout) {
+    if (this.fixed) return;
     this.layout = layout;
     if (SEVERAL.includes(layout)) this.several = layout;
     if (PLAIN.includes(layout)) {
@@ -143,6 +145,16 @@ export class Layouts {
       keep("layout-several", layout);
     }
     keep(this.first ? "layout-first" : "layout", layout);
+    this.render();
+  }
+
+  /**
+   * Show a layout that cannot be left, such as during a trial of a study; null: the one from before again.
+   * @param {Layout | null} layout
+   */
+  fix(layout) {
+    if (layout === this.fixed) return;
+    this.fixed = layout;
     this.render();
   }
 
@@ -182,6 +194,7 @@ export class Layouts {
 
   /** @param {Layout} layout */
   can(layout) {
+    if (this.fixed) return layout === this.fixed;
     if (layout === "path") return this.available && this.path;
     if (layout.startsWith("endoscope")) return this.endoscope;
     return this.available || layout === "scene" || (layout === "one-three" && this.sliced);
@@ -194,7 +207,7 @@ export class Layouts {
   }
 
   render() {
-    const shown = [this.layout, this.plain].find((layout) => this.can(layout)) ?? (this.sliced ? "one-three" : "scene");
+    const shown = this.fixed ?? [this.layout, this.plain].find((layout) => this.can(layout)) ?? (this.sliced ? "one-three" : "scene");
     this.bench.dataset.layout = shown;
     this.bench.dataset.sliced = String(this.sliced);
     this.bench.dataset.panel = this.folded ? "folded" : "open";
@@ -204,7 +217,7 @@ export class Layouts {
       button.setAttribute("aria-pressed", String(button.dataset.layoutButton === shown));
       button.disabled = !this.can(/** @type {Layout} */ (button.dataset.layoutButton));
     }
-    this.endoscopeButton.disabled = !this.endoscope; // not hidden: what lies beside it would move
+    this.endoscopeButton.disabled = !this.endoscope || Boolean(this.fixed); // not hidden: what lies beside it would move
     this.endoscopeButton.setAttribute("aria-pressed", String(shown.startsWith("endoscope")));
     this.say();
   }
@@ -217,7 +230,7 @@ export class Layouts {
   actions() {
     const several = BUTTONS.filter(([layout]) => SEVERAL.includes(layout)).map(([layout, , name]) => ({ group: "View", name, off: this.can(layout) ? undefined : "no slices", run: () => this.set(layout) }));
     const alone = ALONE.map(([layout, name]) => ({ group: "View", name, does: `layout.${layout}`, off: this.can(layout) ? undefined : "nothing to show", run: () => this.set(next(this.layout, layout, this.before)) }));
-    const endoscope = { group: "View", name: this.layout === "endoscope" ? "Endoscope beside 3D" : "Endoscope large", does: "layout.endoscope", off: this.endoscope ? undefined : "in a drive or Review", run: () => this.swapEndoscope() };
+    const endoscope = { group: "View", name: this.layout === "endoscope" ? "Endoscope beside 3D" : "Endoscope large", does: "layout.endoscope", off: this.fixed ? "fixed by the trial" : this.endoscope ? undefined : "in a drive or Review", run: () => this.swapEndoscope() };
     return [...several, ...alone, endoscope, { group: "View", name: this.folded ? "Show the panel" : "Fold the panel away", does: "panel", run: () => this.fold() }];
   }
 

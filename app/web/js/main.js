@@ -10,6 +10,7 @@ import { HintLine } from "./hint-line.js";
 import { jobWatch } from "./jobs.js";
 import { Keys, letGoOfEverything } from "./keys.js";
 import { Layouts } from "./layout.js";
+import { chooseStudy, fixedLayout, followStudy } from "./led-study.js";
 import { LoopFigures } from "./loop-figures.js";
 import { Palette } from "./palette.js";
 import { loadPanel } from "./panel.js";
@@ -61,6 +62,7 @@ class Page {
       this.changedTabs([steps], () => this.offer(steps));
     });
     jobWatch.follow(this.connection);
+    followStudy(this.connection);
     this.connection.on("state", () => this.schedule());
     this.connection.on("link", (link) => this.link(link));
     for (const name of /** @type {("refused" | "anew")[]} */ (["refused", "anew"])) {
@@ -93,6 +95,7 @@ class Page {
     return [
       ...layouts.actions(),
       ...look.actions(),
+      { group: "Page", name: "Open study …", run: () => chooseStudy(this.connection) },
       { group: "Page", name: theme.words, run: () => theme.turn() },
       { group: "Page", name: "Keys and first steps", does: "help", run: () => help.open() },
       { group: "Page", name: "Figures of the control loop", run: () => { figures.show(); this.schedule(); } },
@@ -130,6 +133,7 @@ class Page {
     else if (panel) panel.update(state);
     this.anew = false;
     this.layouts.offer(!state.case || state.case.has_volume, (state.curve?.points.length ?? 0) > 1, state.step?.endoscope ?? "none", state.case?.sliced ?? true);
+    this.layouts.fix(fixedLayout(state));
     this.scene.update(state);
     this.look.update(state);
     this.slices.update(state);

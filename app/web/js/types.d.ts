@@ -1411,6 +1411,66 @@ export interface ScopePoseView {
   side: [number, number, number];
 }
 
+/**
+ * The open study. consent: its text; next: what the subject does next; each, total: trials of a condition, of all.
+ *
+ * trial: the next one; the last before a questionnaire; None when all is done. break_min: due before it, 0 for none.
+ * missing, attached: of the subject; those with a run by their position. following: the first subject with something
+ * left to do, '' where everybody has done all.
+ */
+export interface LedStudyView {
+  id: string;
+  name: string;
+  revision: number;
+  can_undo: boolean;
+  can_redo: boolean;
+  subjects: SubjectView[];
+  subject: string;
+  next: "consent" | "trial" | "questionnaire" | "done";
+  consent: string;
+  trial: TrialView | null;
+  each: number;
+  total: number;
+  break_min: number;
+  missing: MissingView[];
+  attached: number[];
+  following: string;
+}
+
+/** A subject, by its code, and how far it is. */
+export interface SubjectView {
+  code: string;
+  done: number;
+  skipped: number;
+}
+
+/**
+ * The next trial. position: in the subject's order; number: of the condition; running: it has begun.
+ *
+ * device: of a teleoperated trial, else without effect. preset: a paper's parameters, None for the plan's own; view:
+ * that is shown, None for any.
+ */
+export interface TrialView {
+  position: number;
+  number: number;
+  label: string;
+  case_id: string;
+  plan_id: string;
+  plan: string;
+  mode: "freehand" | "hands-on" | "teleoperated";
+  device: "position" | "rate";
+  preset: "li2004" | "li2007" | null;
+  view: "outside" | "endoscope" | null;
+  running: boolean;
+}
+
+/** A trial that was skipped, and why. */
+export interface MissingView {
+  position: number;
+  label: string;
+  reason: string;
+}
+
 export interface Hello {
   id?: number | null;
   type: "hello";
@@ -2447,6 +2507,7 @@ export interface ViewModel {
   snake?: SnakeView | null;
   step?: TabSection;
   structures?: StructuresSection;
+  study?: LedStudyView | null;
   tool?: ToolSection;
   truth?: TruthSection;
   versions?: VersionsSection | null;
@@ -3026,6 +3087,51 @@ export interface Commands {
   "structure.show": {
     structure_id?: string | null;
     shown: boolean;
+  };
+  "study.answer": {
+    subject: string;
+    ratings: [number, number, number, number, number, number];
+    revision?: number | null;
+  };
+  "study.attach": {
+    subject: string;
+    run_id?: string;
+    revision?: number | null;
+  };
+  "study.begin": {
+    subject: string;
+    revision?: number | null;
+  };
+  "study.consent": {
+    subject: string;
+    revision?: number | null;
+  };
+  "study.new": {
+    text: string;
+    revision?: number | null;
+  };
+  "study.redo": {
+    revision?: number | null;
+  };
+  "study.repeat": {
+    subject: string;
+    position: number;
+    revision?: number | null;
+  };
+  "study.show": {
+    study_id: string | null;
+  };
+  "study.skip": {
+    subject: string;
+    reason: string;
+    revision?: number | null;
+  };
+  "study.subject": {
+    subject: string;
+    revision?: number | null;
+  };
+  "study.undo": {
+    revision?: number | null;
   };
   "suggestion.hide": {};
   "suggestion.show": {

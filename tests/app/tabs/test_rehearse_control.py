@@ -23,6 +23,7 @@ from app.tabs.rehearse.drive_nodes import DriveNodes
 from app.tabs.rehearse.preparation import PreparedRehearsal, prepare
 from app.tabs.rehearse.tab import RehearseTab
 from app.tabs.rehearse.view import details_section
+from app.workspace.fixed_drive import FixedDrive
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, PlanError
 from vfix_engine.runtime.control_mode import Control
@@ -108,6 +109,30 @@ def test_to_and_from_freehand_the_drive_ends_and_another_one_stands_at_the_entry
     _say(tab, "freehand", preset="li2007")
     assert [control.mode for control in opened] == ["hands-on", "hands-on", "freehand"]
     assert not drive.is_for(tab.made_of())
+
+
+def test_a_trial_of_a_study_fixes_mode_parameters_settings_and_limits(tab: RehearseTab, opened: list[Control]) -> None:
+    plan = _plan(tab)
+    tab.workspace.fixed = FixedDrive(plan.id, TELEOPERATED, "li2007")
+    assert _say(tab, "teleoperated", "rate", "li2007")["mode"] == "teleoperated", "what is fixed can be chosen"
+    put_in_place(tab.need_drive(), Placed(), plan)
+    tab.need_drive().lease.take(CLIENT)
+    others: list[tuple[str, str, str | None]] = [
+        ("hands-on", "position", "li2007"), ("teleoperated", "position", "li2007"), ("teleoperated", "rate", None),
+    ]  # fmt: skip
+    for other in others:
+        with pytest.raises(ControlError, match="a trial of the study fixes"):
+            _say(tab, *other)
+    assert (tab.need_drive().control, tab.need_drive().preset) == (TELEOPERATED, "li2007")
+    with pytest.raises(ControlError, match="a trial of the study fixes"):
+        tab.handle(c.SetDriveSettings(type="rehearsal.settings", values={"margin_mm": 2.0}))
+    limits = {"soft_tissue": False, "remote_centre": False, "speed_limit": False}
+    tab.handle(c.SetOptions(type="rehearsal.options", **limits))
+    with pytest.raises(ControlError, match="a trial of the study fixes"):
+        tab.handle(c.SetOptions(type="rehearsal.options", **limits | {"speed_limit": True}))
+    assert {item["refusal"] for item in sections_of(tab)["options"]["items"]} >= {"The trial fixes it."}
+    tab.workspace.fixed = FixedDrive("another plan", TELEOPERATED, "li2007")
+    assert _say(tab, "hands-on")["mode"] == "hands-on", "other plans are free"
 
 
 @pytest.mark.parametrize("state", ["ready", "silent"])

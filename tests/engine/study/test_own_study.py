@@ -18,6 +18,7 @@ from vfix_engine.study.own.evaluation import compared, evaluate
 from vfix_engine.study.own.file import TrialName, checked_study, conditions, labels, read_study
 from vfix_engine.study.own.order import order_of, rows_of
 from vfix_engine.study.own.plugins import Metric, arm_named, metric_named, operator_named
+from vfix_engine.study.own.questionnaire import AnsweredTlx
 from vfix_engine.study.own.results import StudyResults, TrialRecord, done_of
 from vfix_engine.study.statistics import least_subjects, power
 
@@ -163,10 +164,11 @@ def test_subjects_are_averaged_and_paired_and_what_is_missing_is_told() -> None:
                 name = TrialName(code, condition, trial)
                 done[name] = record(name, base + trial)
     del done[TrialName("P02", hands, 1)]
-    found = evaluate(study, done)
+    missed = TrialName("P02", hands, 1)
+    found = evaluate(study, done, reasons={missed: "ill"})
     simulated, people = found["groups"]["simulated people"], found["groups"]["people"]
     assert (simulated["done"], simulated["planned"], people["done"], people["planned"]) == (12, 12, 7, 8)
-    assert people["missing"] == [{"subject": "P02", "condition": "hands-on", "trial": 2}]
+    assert people["missing"] == [{"subject": "P02", "condition": "hands-on", "trial": 2, "reason": "ill"}]
     time = simulated["metrics"]["time_s"]
     assert time["conditions"]["freehand"]["mean"] == pytest.approx(23.5)
     differences = np.array([20.5, 23.5, 26.5]) - np.array([10.5, 11.5, 14.5])
@@ -209,3 +211,38 @@ def test_subjects_for_a_power_are_the_fewest() -> None:
         assert power(effect, count) >= wanted > power(effect, count - 1)
     with pytest.raises(InputError, match="power between 0 and 1"):
         least_subjects(0.0, 0.8)
+
+
+def test_answers_and_reasons_are_kept_by_subject_and_condition(tmp_path: Path) -> None:
+    study = checked_study(SMALL | {"modes": ["freehand", "hands-on"], "questionnaire": "nasa-tlx"})
+    free, hands = conditions(study)
+    results = StudyResults(tmp_path)
+    given = {("P01", free): 60, ("P01", hands): 20, ("P02", free): 50, ("P02", hands): 30}
+    for (code, condition), rating in given.items():
+        results.write_answer(AnsweredTlx.of(code, condition, (rating, rating, 0, 0, 0, 5)))
+    name = TrialName("P02", hands, 1)
+    results.write_skip(name, "ill")
+    answers, reasons = results.read_answers(study.subjects.codes, conditions(study)), results.read_reasons([name])
+    assert {(one.subject, one.condition): one.ratings[0] for one in answers} == given
+    assert reasons == {name: "ill"}
+
+    people = evaluate(study, {}, answers, reasons)["groups"]["people"]
+    assert people["questionnaire"]["nasa_tlx_mental"]["subjects"] == {
+        "freehand": [60.0, 50.0],
+        "hands-on": [20.0, 30.0],
+    }
+    raw = people["questionnaire"]["nasa_tlx"]
+    assert raw["subjects"]["freehand"] == [125 / 6, 105 / 6]
+    pair = raw["pairs"]["freehand - hands-on"]
+    assert (pair["n"], pair["mean"]) == (2, pytest.approx(10.0))
+    assert [one["reason"] for one in people["missing"] if one["subject"] == "P02"] == ["", "", "", "ill"]
+    assert "questionnaire" not in evaluate(study, {}, answers)["groups"]["simulated people"]
+
+    results.forget(name)
+    results.forget_answer("P01", free)
+    assert results.read_reasons([name]) == {}
+    assert len(results.read_answers(study.subjects.codes, conditions(study))) == 3
+    (file,) = (tmp_path / "answers").glob("P01*")
+    file.write_text(file.read_text().replace("20", "21"))
+    with pytest.raises(InputError, match="cannot be read"):
+        results.read_answers(["P01"], [hands])

@@ -15,6 +15,7 @@ from ..statistics import LEAST_SUBJECTS, mean_interval, pairs
 from .file import StudyCondition, StudyFile, TrialName, conditions, is_simulated, labels
 from .order import order_of
 from .plugins import metric_named
+from .questionnaire import UNIT, AnsweredTlx
 from .results import TrialRecord
 
 SCHEMA = "vfix-study/1"
@@ -22,14 +23,24 @@ NOTICE = "Not for clinical use."
 SIMULATED, PEOPLE = "simulated people", "people"
 
 
-def evaluate(study: StudyFile, done: Mapping[TrialName, TrialRecord]) -> dict[str, Any]:
-    """The report of a study as plain values for JSON; simulated and real people are evaluated apart."""
+def evaluate(
+    study: StudyFile,
+    done: Mapping[TrialName, TrialRecord],
+    answers: Sequence[AnsweredTlx] = (),
+    reasons: Mapping[TrialName, str] | None = None,
+) -> dict[str, Any]:
+    """The report of a study as plain values for JSON; simulated and real people are evaluated apart.
+
+    answers: of questionnaires. reasons: why trials are missing, where somebody has said it.
+    """
     names = labels(conditions(study))
     groups = {}
     for group, simulated in ((SIMULATED, True), (PEOPLE, False)):
         codes = [code for code in study.codes if is_simulated(code) == simulated]
         if codes:
-            groups[group] = _group(study, codes, names, done)
+            groups[group] = _group(study, codes, names, done, reasons or {})
+            if not simulated and study.questionnaire != "none":
+                groups[group]["questionnaire"] = _questionnaire(codes, names, answers)
     return {
         "schema": SCHEMA,
         "name": study.name,
@@ -66,6 +77,7 @@ def _group(
     codes: Sequence[str],
     names: Mapping[StudyCondition, str],
     done: Mapping[TrialName, TrialRecord],
+    reasons: Mapping[TrialName, str],
 ) -> dict[str, Any]:
     turns = [turn.name for code, order in order_of(study).items() if code in set(codes) for turn in order]
     missing = [name for name in turns if name not in done]
@@ -74,7 +86,7 @@ def _group(
         "subjects": len(codes),
         "planned": len(turns),
         "done": len(turns) - len(missing),
-        "missing": [_said(name, names) for name in missing],
+        "missing": [_said(name, names) | {"reason": reasons.get(name, "")} for name in missing],
         "unfinished": [_said(name, names) for name in unfinished],
         "metrics": {metric: _metric(study, metric, codes, names, done) for metric in study.metrics},
     }
@@ -88,10 +100,31 @@ def _metric(
     done: Mapping[TrialName, TrialRecord],
 ) -> dict[str, Any]:
     means = {label: _subject_means(study, metric, codes, one, done) for one, label in names.items()}
+    return _compared_means(means, names, metric_named(metric).unit)
+
+
+def _questionnaire(
+    codes: Sequence[str], names: Mapping[StudyCondition, str], answers: Sequence[AnsweredTlx]
+) -> dict[str, Any]:
+    """The raw index and each scale, as a metric; empty without answers."""
+    there = {(one.subject, one.condition): one.values for one in answers}
+    of_one = next(iter(there.values()), {})
+
+    def means(scale: str) -> dict[str, Array]:
+        return {
+            label: np.array([there.get((code, one), {}).get(scale, np.nan) for code in codes])
+            for one, label in names.items()
+        }
+
+    return {scale: _compared_means(means(scale), names, UNIT) for scale in of_one}
+
+
+def _compared_means(means: Mapping[str, Array], names: Mapping[StudyCondition, str], unit: str) -> dict[str, Any]:
+    """means: (subjects,) by condition, NaN where a subject has none."""
     enough = [pair for pair in compared(names) if np.isfinite(means[pair[0]] - means[pair[1]]).sum() >= LEAST_SUBJECTS]
     tests = pairs(means, enough) if enough else {}
     return {
-        "unit": metric_named(metric).unit,
+        "unit": unit,
         "conditions": {label: _summary(values) for label, values in means.items()},
         "subjects": {label: [_number(value) for value in values.tolist()] for label, values in means.items()},
         "pairs": {pair: one.to_dict() for pair, one in tests.items()},

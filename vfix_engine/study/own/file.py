@@ -46,6 +46,8 @@ class StudyFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     arms: 'plain', a preset, or of an entry point; a free hand has none. tools: 'plan' for that of the plan, or as of
     `vfix rehearse`. operator, person: of simulated people, and medians of their parameters that differ from the
     defaults. rate_hz: of control, for arms without a printed one; None for that of the plan.
+    Of real people on the page: consent, a text that each confirms before the first trial, '' for none; break_min,
+    between conditions; questionnaire, after each condition; views, by mode the view that is shown.
     """
 
     name: Annotated[str, Meta(min_length=1, max_length=80)]
@@ -61,6 +63,10 @@ class StudyFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     metrics: Annotated[tuple[Name, ...], Meta(min_length=1)] = ("time_s", "path_error_mm", "contacts")
     order: Literal["williams", "latin"] = "williams"
     rate_hz: Annotated[float, Meta(ge=50.0, le=10_000.0)] | None = None
+    consent: Annotated[str, Meta(max_length=4000)] = ""
+    break_min: Annotated[float, Meta(ge=0.0, le=120.0)] = 0.0
+    questionnaire: Literal["none", "nasa-tlx"] = "none"
+    views: dict[ControlMode, Literal["outside", "endoscope"]] = {}
 
     @property
     def median(self) -> Person:
@@ -102,12 +108,21 @@ def read_study(file: Path) -> StudyFile:
             data = stream.read(MAX_BYTES + 1)
         if len(data) > MAX_BYTES:
             raise InputError(f"{file.name} has more than {MAX_BYTES:,} bytes: it is no file of a study")
-        told = tomllib.loads(data.decode("utf-8"))
+        text = data.decode("utf-8")
     except OSError as error:
         raise InputError(f"{file.name} cannot be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError as error:
         raise InputError(f"{file.name} is no TOML: {error}") from None
-    return checked_study(told, file.name)
+    return parse_study(text, file.name)
+
+
+def parse_study(text: str, name: str = "the study") -> StudyFile:
+    """The study that a text in TOML says. Raises InputError, as `read_study`."""
+    try:
+        told = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{name} is no TOML: {error}") from None
+    return checked_study(told, name)
 
 
 def checked_study(told: dict[str, Any], name: str = "the study") -> StudyFile:
