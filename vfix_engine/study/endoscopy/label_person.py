@@ -1,7 +1,7 @@
 """A simulated person who does study II of Kwok 2013: looks for labels in a cavity, and cuts along the line of each.
 
 He knows only the picture (``LabelEye``), the force on his hand, where his hand is, and from the instruction that the
-labels are numbered round the cavity, low and high in turns. He looks for the next one by leading his hand round.
+labels lie all round. For the next one he looks where he has not looked yet (``search.Unlooked``).
 """
 
 from __future__ import annotations
@@ -24,13 +24,12 @@ from ..diathermy.task import DiathermyState
 from ..person import DriftNoise
 from .cavity_picture import LabelEye, SeenCavity, SeenLabel
 from .endoscopist import DEG_PER_MM, Endoscopist
+from .search import Unlooked
 from .stylus_hand import StylusHand
 
 # How a person goes about it: all assumed.
 LOOK_S = 0.05  # between two looks
-_ROUND_MM, _SWING_MM = 45.0, 25.0  # of the hand from its place with a straight robot, while he looks round
-_SWINGS = 3.0  # from low to high and back in one turn
-_LEAD_MM = 8.0  # of the place round to which the hand goes, ahead of where it is
+_GOAL_S = 5.0  # for which he leads his hand to a place at most
 _BEGIN_MM = 1.0  # of the marker from the object's aimed end: the button is pressed
 _STUCK_S, _NEARER_MM = 2.5, 0.5  # without getting nearer: left for another label, and tried again later
 _TRIES = 4  # at one label
@@ -55,7 +54,9 @@ class LabelPerson:
         self._manual = arm == "manual"
         self._hand = StylusHand(who, random, dt_s, not self._manual)
         self._drift = DriftNoise(random, LOOK_S, who.person.drift_s)
-        self._round = float(random.uniform(0.0, 2.0 * math.pi))  # where he begins to look
+        self._unlooked = Unlooked(float(random.uniform(0.0, 2.0 * math.pi)))
+        self._goal: Array | None = None
+        self._goal_s = 0.0
         self._steps, self._every = 0, max(round(LOOK_S / dt_s), 1)
         self._late: deque[SeenCavity] = deque(maxlen=1 + round(who.person.delay_s / LOOK_S))
         self._wanted, self._pressed, self._joint, self._change = np.zeros(2), False, 1, False
@@ -80,7 +81,8 @@ class LabelPerson:
         if self._straight_s > 0.0:
             return Act(replace(no_command(), buttons=BUTTON_STRAIGHTEN), asked)
         velocity = self._hand.moved(self._wanted, snapshot.forces[:2])
-        self._place = self._place + velocity * self._dt
+        if self._still_s == 0.0:
+            self._place = self._place + velocity * self._dt
         buttons = BUTTON_CUT if self._pressed else 0
         return Act(replace(no_command(), axes=(float(velocity[0]), float(velocity[1]), 0.0), buttons=buttons), asked)
 
@@ -91,15 +93,17 @@ class LabelPerson:
             self._straight_s -= LOOK_S
             if self._still_s < _REST_S + self._who.person.delay_s and self._straight_s > 0.0:
                 return
-            self._straight_s, self._place = 0.0, np.zeros(2)
+            self._straight_s, self._place, self._goal = 0.0, np.zeros(2), None
+        self._unlooked.look(self._place)
         here = {one.number: one for one in picture.labels if one.number not in self.given_up | {self._skip}}
         label = here.get(self._target) if self._target is not None else None
         if label is None:
             label = min(here.values(), key=lambda one: float(np.hypot(*one.end_deg)), default=None)
             self._begin(None if label is None else label.number)
         if label is None:
-            self._look_round()
+            self._look_elsewhere()
         else:
+            self._goal = None
             self._follow(label, self._who.see_deg * drift[:2])
 
     def _begin(self, target: int | None) -> None:
@@ -152,21 +156,25 @@ class LabelPerson:
     def _straighten(self) -> None:
         self._straight_s, self._still_s, self._wanted = _STRAIGHT_S, 0.0, np.zeros(2)
 
-    def _look_round(self) -> None:
-        """Lead the hand round its place with a straight robot, out and in on the way."""
+    def _look_elsewhere(self) -> None:
+        """Lead the hand to the nearest place from which he has not looked yet."""
         self._pressed = False
-        if self._still_s > _STUCK_S:
-            self._change, self._still_s = True, 0.0
+        if self._goal is None or not self._unlooked.has(self._goal):
+            self._goal, self._goal_s = self._unlooked.nearest(self._place), 0.0
+        if self._goal is None:  # from everywhere: again, with the next joint of a manual arm
+            self._change, self._skip = True, None
+            self._wanted = np.zeros(2)
             if not self._manual:
                 self._straighten()
-                self._round += 1.0
-                return
-        speed = self._who.camera_mm_per_s
-        radius = _ROUND_MM + _SWING_MM * math.sin(_SWINGS * self._round)
-        towards = radius * np.array([math.cos(self._round), math.sin(self._round)]) - self._place
-        away = math.hypot(*towards)
-        if away < _LEAD_MM:  # the place round waits for the hand
-            self._round += speed * LOOK_S / _ROUND_MM
+            return
+        self._goal_s += LOOK_S
+        if self._goal_s > _GOAL_S or self._still_s > 0.5 * _STUCK_S:
+            self._unlooked.blocked(self._place, self._goal)
+            self._goal = None
+            self._wanted = np.zeros(2)
+            return
+        towards = self._goal - self._place
+        away, speed = max(math.hypot(*towards), 1e-9), self._who.camera_mm_per_s
         self._wanted = towards * (speed / max(away, speed * LOOK_S))
 
     def _chosen_joint(self) -> tuple[Request, ...]:
