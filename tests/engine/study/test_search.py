@@ -9,7 +9,7 @@ import pytest
 
 from vfix_engine.study.endoscopy.endoscopist import Endoscopist
 from vfix_engine.study.endoscopy.picture import SeenPolyp
-from vfix_engine.study.endoscopy.search import Memory, Unlooked, Visit, rules
+from vfix_engine.study.endoscopy.search import Memory, Visit, rules
 
 WHO = Endoscopist()
 
@@ -77,27 +77,6 @@ def test_he_is_content_with_ten_or_after_his_patience(cleared: int, time_s: floa
     memory = memory_of(100.0)
     assert next_of(memory, 300.0, cleared, time_s, True) is None
     assert next_of(memory, 300.0) is not None
-
-
-def test_he_looks_from_every_place_once_and_then_again() -> None:
-    unlooked, place, seen = Unlooked(0.3), np.zeros(2), []
-    while (goal := unlooked.nearest(place)) is not None:
-        assert unlooked.has(goal)
-        seen.append(goal)
-        unlooked.look(goal)
-        place = goal
-    assert len(seen) > 40
-    assert len({(round(x), round(y)) for x, y in seen}) == len(seen)
-    assert max(float(np.hypot(*one)) for one in seen) > 80.0
-    assert unlooked.nearest(place) is not None
-
-
-def test_what_is_behind_a_place_that_he_cannot_reach_counts_as_looked_at() -> None:
-    unlooked = Unlooked(0.0)
-    unlooked.blocked(np.zeros(2), np.array([30.0, 0.0]))
-    far, back = np.array([80.0, 0.0]), np.array([-80.0, 0.0])
-    assert not unlooked.has(far)
-    assert unlooked.has(back)
 
 
 def test_rules_are_told_with_the_sizes_in_force() -> None:

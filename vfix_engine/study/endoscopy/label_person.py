@@ -1,7 +1,8 @@
 """A simulated person who does study II of Kwok 2013: looks for labels in a cavity, and cuts along the line of each.
 
 He knows only the picture (``LabelEye``), the force on his hand, where his hand is, and from the instruction that the
-labels lie all round. For the next one he looks where he has not looked yet (``search.Unlooked``).
+labels are numbered round the cavity, low and high in turns. He looks for the next one by leading his hand round, and
+in the next turn where he has not looked in the last one.
 """
 
 from __future__ import annotations
@@ -24,16 +25,25 @@ from ..diathermy.task import DiathermyState
 from ..person import DriftNoise
 from .cavity_picture import LabelEye, SeenCavity, SeenLabel
 from .endoscopist import DEG_PER_MM, Endoscopist
-from .search import Unlooked
 from .stylus_hand import StylusHand
 
 # How a person goes about it: all assumed.
 LOOK_S = 0.05  # between two looks
-_GOAL_S = 5.0  # for which he leads his hand to a place at most
+_ROUND_MM, _SWING_MM = 45.0, 25.0  # of the hand from its place with a straight robot, while he looks round
+_SWINGS = 2.5  # from low to high and back in one turn, so that he is high in a turn where he was low in the last one
+_TURNS = 4.0 * math.pi  # [rad] round, after which it is tried otherwise
+_LEAD_MM = 8.0  # of the place round to which the hand goes, ahead of where it is
 _BEGIN_MM = 1.0  # of the marker from the object's aimed end: the button is pressed
 _STUCK_S, _NEARER_MM = 2.5, 0.5  # without getting nearer: left for another label, and tried again later
 _TRIES = 4  # at one label
 _REST_S, _STRAIGHT_S = 0.2, 6.0  # a robot whose picture stands still for so long is straight; at most so long
+
+SEARCH = (
+    f"he leads his hand round at {_ROUND_MM:g} ± {_SWING_MM:g} mm from its place with a straight robot, {_SWINGS:g} times "
+    f"out and in on a turn; after {_TURNS / (2.0 * math.pi):g} turns with the next joint of a manual arm, or to a label "
+    "that he left"
+)
+"""How he looks for the next label, in words."""
 
 
 class LabelPerson:
@@ -54,15 +64,14 @@ class LabelPerson:
         self._manual = arm == "manual"
         self._hand = StylusHand(who, random, dt_s, not self._manual)
         self._drift = DriftNoise(random, LOOK_S, who.person.drift_s)
-        self._unlooked = Unlooked(float(random.uniform(0.0, 2.0 * math.pi)))
-        self._goal: Array | None = None
-        self._goal_s = 0.0
+        self._round = float(random.uniform(0.0, 2.0 * math.pi))  # where he begins to look
         self._steps, self._every = 0, max(round(LOOK_S / dt_s), 1)
         self._late: deque[SeenCavity] = deque(maxlen=1 + round(who.person.delay_s / LOOK_S))
         self._wanted, self._pressed, self._joint, self._change = np.zeros(2), False, 1, False
         self._place = np.zeros(2)  # [mm] of the hand from where the robot was straight
         self._target: int | None = None
         self._best, self._stuck_s, self._still_s, self._straight_s = math.inf, 0.0, 0.0, 0.0
+        self._turned = 0.0  # [rad] round, with nothing seen
         self._tries: Counter[int] = Counter()
         self._skip: int | None = None
         self.given_up: set[int] = set()
@@ -81,8 +90,7 @@ class LabelPerson:
         if self._straight_s > 0.0:
             return Act(replace(no_command(), buttons=BUTTON_STRAIGHTEN), asked)
         velocity = self._hand.moved(self._wanted, snapshot.forces[:2])
-        if self._still_s == 0.0:
-            self._place = self._place + velocity * self._dt
+        self._place = self._place + velocity * self._dt
         buttons = BUTTON_CUT if self._pressed else 0
         return Act(replace(no_command(), axes=(float(velocity[0]), float(velocity[1]), 0.0), buttons=buttons), asked)
 
@@ -93,22 +101,20 @@ class LabelPerson:
             self._straight_s -= LOOK_S
             if self._still_s < _REST_S + self._who.person.delay_s and self._straight_s > 0.0:
                 return
-            self._straight_s, self._place, self._goal = 0.0, np.zeros(2), None
-        self._unlooked.look(self._place)
+            self._straight_s, self._place = 0.0, np.zeros(2)
         here = {one.number: one for one in picture.labels if one.number not in self.given_up | {self._skip}}
         label = here.get(self._target) if self._target is not None else None
         if label is None:
             label = min(here.values(), key=lambda one: float(np.hypot(*one.end_deg)), default=None)
             self._begin(None if label is None else label.number)
         if label is None:
-            self._look_elsewhere()
+            self._look_round()
         else:
-            self._goal = None
             self._follow(label, self._who.see_deg * drift[:2])
 
     def _begin(self, target: int | None) -> None:
         if target is not None and target != self._target:
-            self._skip = None  # another one is tried in between
+            self._skip, self._turned = None, 0.0  # another one is tried in between
         self._target, self._best, self._stuck_s = target, math.inf, 0.0
 
     def _go(self, off_deg: Array, most: float) -> None:
@@ -156,25 +162,24 @@ class LabelPerson:
     def _straighten(self) -> None:
         self._straight_s, self._still_s, self._wanted = _STRAIGHT_S, 0.0, np.zeros(2)
 
-    def _look_elsewhere(self) -> None:
-        """Lead the hand to the nearest place from which he has not looked yet."""
+    def _look_round(self) -> None:
+        """Lead the hand round its place with a straight robot, out and in on the way."""
         self._pressed = False
-        if self._goal is None or not self._unlooked.has(self._goal):
-            self._goal, self._goal_s = self._unlooked.nearest(self._place), 0.0
-        if self._goal is None:  # from everywhere: again, with the next joint of a manual arm
-            self._change, self._skip = True, None
-            self._wanted = np.zeros(2)
+        if self._still_s > _STUCK_S:
+            self._change, self._still_s = True, 0.0
             if not self._manual:
                 self._straighten()
-            return
-        self._goal_s += LOOK_S
-        if self._goal_s > _GOAL_S or self._still_s > 0.5 * _STUCK_S:
-            self._unlooked.blocked(self._place, self._goal)
-            self._goal = None
-            self._wanted = np.zeros(2)
-            return
-        towards = self._goal - self._place
-        away, speed = max(math.hypot(*towards), 1e-9), self._who.camera_mm_per_s
+                self._round += 1.0
+                return
+        speed = self._who.camera_mm_per_s
+        radius = _ROUND_MM + _SWING_MM * math.sin(_SWINGS * self._round)
+        towards = radius * np.array([math.cos(self._round), math.sin(self._round)]) - self._place
+        away = math.hypot(*towards)
+        if away < _LEAD_MM:  # the place round waits for the hand
+            turn = speed * LOOK_S / _ROUND_MM
+            self._round, self._turned = self._round + turn, self._turned + turn
+        if self._turned > _TURNS:  # nothing more from here: with the next joint of a manual arm, or one left before
+            self._turned, self._change, self._skip = 0.0, True, None
         self._wanted = towards * (speed / max(away, speed * LOOK_S))
 
     def _chosen_joint(self) -> tuple[Request, ...]:

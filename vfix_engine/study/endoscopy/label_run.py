@@ -19,7 +19,7 @@ from .cavity_picture import LabelEye
 from .endoscopist import Endoscopist
 from .label_person import LabelPerson
 
-LONGEST_S = 600.0  # of simulated time, after which a trial ends
+LONGEST_S = 300.0  # of simulated time, after which a trial ends
 
 
 class Cavity(NamedTuple):

@@ -1,7 +1,7 @@
-"""Where a simulated person looks again, and where he has not looked yet: what he remembers of his own acts and looks.
+"""Where a simulated person of study I looks again: what he remembers of his own acts and looks.
 
-Nothing here reads a snapshot. In study I places are as far along the way as his hand has inserted, which is more than
-the tip has come where the robot was held; in study II they are places of his hand.
+Nothing here reads a snapshot. A place is as far along the way as his hand has inserted, which is more than the tip has
+come where the robot was held.
 """
 
 from __future__ import annotations
@@ -23,8 +23,6 @@ _STANDS_MM = ((22.0, 34.0, 12.0, 46.0), (28.0, 10.0, 40.0, 0.0))  # before a pol
 _BEYOND_MM = 40.0  # so far behind a polyp that he has left he goes back to it once more
 _PASSED_MM = -5.0  # the same, of one that he has only noticed
 _GAP_STEP_MM = 30.0  # between the places of a gap from which he looks round
-_REACH_MM, _APART_MM, _SEEN_MM = 90.0, 20.0, 13.0  # places of the hand in study II: farthest, apart; looked at within
-_BEYOND_COS = 0.8  # places in about that direction are behind one that he cannot get to
 
 
 def rules(who: Endoscopist) -> dict[str, str]:
@@ -41,8 +39,6 @@ def rules(who: Endoscopist) -> dict[str, str]:
         "content": f"he looks again until the {POLYPS} that the instruction tells of are cleared, or for "
         f"{who.whole_s:g} s in all",
         "force": f"while nothing is looked at he gives way to a force above {who.free_n:g} N before he goes on",
-        "next label": f"he leads his hand to the nearest place, {_APART_MM:g} mm apart and within {_REACH_MM:g} mm, "
-        "from which he has not looked yet",
     }  # fmt: skip
 
 
@@ -131,45 +127,3 @@ class Memory:
 
     def _near(self, depth_mm: float, apart_mm: float) -> bool:
         return any(abs(depth_mm - one) < apart_mm for one in self._looked)
-
-
-class Unlooked:
-    """Places of the hand, about that with a straight robot, from which a person of study II has not looked yet.
-
-    turn: rad, of the grid of places, so that people begin in different directions.
-    """
-
-    def __init__(self, turn: float) -> None:
-        steps = np.arange(-_REACH_MM, _REACH_MM + 0.5 * _APART_MM, _APART_MM)
-        x, y = np.meshgrid(steps, steps, indexing="ij")
-        grid = np.column_stack([x.ravel(), y.ravel()])
-        cos, sin = math.cos(turn), math.sin(turn)
-        self._grid = grid[np.hypot(*grid.T) <= _REACH_MM] @ np.array([[cos, sin], [-sin, cos]])
-        self._left = np.ones(len(self._grid), dtype=bool)
-
-    def look(self, place: Array) -> None:
-        """He looks from a place (2,) in mm."""
-        self._left &= np.hypot(*(self._grid - place).T) > _SEEN_MM
-
-    def has(self, goal: Array) -> bool:
-        """Whether he has not looked from one of the places yet."""
-        return bool(self._left[self._index(goal)])
-
-    def nearest(self, place: Array) -> Array | None:
-        """(2,) mm, the nearest one from which he has not looked; None once when there is none left: then all are."""
-        if not self._left.any():
-            self._left[:] = True
-            return None
-        away = np.where(self._left, np.hypot(*(self._grid - place).T), np.inf)
-        found: Array = self._grid[int(np.argmin(away))]
-        return found
-
-    def blocked(self, place: Array, goal: Array) -> None:
-        """From a place he gets no nearer to another one: nor to those behind it."""
-        ahead, off = goal - place, self._grid - place
-        along = off @ ahead / max(math.hypot(*ahead), 1e-9)
-        self._left &= along < _BEYOND_COS * np.hypot(*off.T)
-        self._left[self._index(goal)] = False
-
-    def _index(self, goal: Array) -> int:
-        return int(np.argmin(np.hypot(*(self._grid - goal).T)))

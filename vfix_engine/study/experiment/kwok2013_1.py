@@ -91,7 +91,7 @@ def evaluated(
 def assumed() -> dict[str, Any]:
     """Each assumed size, of the people and of the task."""
     people = {f"people: {name}": value for name, value in Endoscopist().to_dict().items()}
-    people |= {f"rule: {name}": words for name, words in rules(Endoscopist()).items() if name != "next label"}
+    people |= {f"rule: {name}": words for name, words in rules(Endoscopist()).items()}
     task = {f"task: {number + 1}": words for number, words in enumerate(ASSUMED)}
     return people | {f"spread: {name}": value for name, value in SPREADS.items()} | task | {
         "control": CONTROL,

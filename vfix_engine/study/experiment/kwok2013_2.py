@@ -13,8 +13,8 @@ from ...arrays import Array
 from ...worlds.snake.settings import ARMS, Arm
 from ..diathermy.task import table_iv
 from ..endoscopy.endoscopist import SPREADS, Endoscopist
+from ..endoscopy.label_person import SEARCH
 from ..endoscopy.label_run import LONGEST_S, LabelTrial, run_trial
-from ..endoscopy.search import rules
 from ..farm import run_all
 from .arms import ArmKey, by_arm, compared, keys, mean_cell, place_of, seed_of, subjects_of
 from .cavity import STEP_S, cavity_of, stored_labels
@@ -96,9 +96,8 @@ def evaluated(
 def assumed() -> dict[str, Any]:
     """Each assumed size, of the people and of the task."""
     people = {f"people: {name}": value for name, value in Endoscopist().to_dict().items()}
-    people |= {"rule: next label": rules(Endoscopist())["next label"]}
     return people | {f"spread: {name}": value for name, value in SPREADS.items()} | {
-        "step_s": STEP_S, "longest_s": LONGEST_S, "order": "the six orders of the arms in turn",
+        "rule: next label": SEARCH, "step_s": STEP_S, "longest_s": LONGEST_S, "order": "the six orders of the arms in turn",
     }  # fmt: skip
 
 
