@@ -39,9 +39,9 @@ _TRIES = 4  # at one label
 _REST_S, _STRAIGHT_S = 0.2, 6.0  # a robot whose picture stands still for so long is straight; at most so long
 
 SEARCH = (
-    f"he leads his hand round at {_ROUND_MM:g} ± {_SWING_MM:g} mm from its place with a straight robot, {_SWINGS:g} times "
-    f"out and in on a turn; after {_TURNS / (2.0 * math.pi):g} turns with the next joint of a manual arm, or to a label "
-    "that he left"
+    f"he leads his hand round at {_ROUND_MM:g} ± {_SWING_MM:g} mm from its place with a straight robot, "
+    f"{_SWINGS:g} times out and in on a turn; after {_TURNS / (2.0 * math.pi):g} turns with the next joint of a manual "
+    "arm, or to a label that he left"
 )
 """How he looks for the next label, in words."""
 

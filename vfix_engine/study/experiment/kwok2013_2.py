@@ -97,7 +97,8 @@ def assumed() -> dict[str, Any]:
     """Each assumed size, of the people and of the task."""
     people = {f"people: {name}": value for name, value in Endoscopist().to_dict().items()}
     return people | {f"spread: {name}": value for name, value in SPREADS.items()} | {
-        "rule: next label": SEARCH, "step_s": STEP_S, "longest_s": LONGEST_S, "order": "the six orders of the arms in turn",
+        "rule: next label": SEARCH, "step_s": STEP_S, "longest_s": LONGEST_S,
+        "order": "the six orders of the arms in turn",
     }  # fmt: skip
 
 
