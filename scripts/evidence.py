@@ -103,7 +103,7 @@ def used(report: Mapping[str, Any]) -> str:
 
 def sweeps(report: Mapping[str, Any]) -> str:
     """Each assumption at other values: means of the swept subjects, of each arm in turn; nothing without sweeps."""
-    rows = report["sweeps"]
+    rows = report.get("sweeps")
     if not rows:
         return "The stored report is of `--quick`, which has no sweeps."
     arms = list(rows[0]["arms"])

@@ -9,7 +9,7 @@ import pytest
 
 from vfix_engine.study.endoscopy.endoscopist import Endoscopist
 from vfix_engine.study.endoscopy.picture import SeenPolyp
-from vfix_engine.study.endoscopy.search import Memory, Visit, rules
+from vfix_engine.study.endoscopy.search import Memory, LookAgain, rules
 
 WHO = Endoscopist()
 
@@ -23,7 +23,7 @@ def memory_of(depth_mm: float, number: int = 4) -> Memory:
 
 def next_of(
     memory: Memory, depth_mm: float, cleared: int = 0, time_s: float = 0.0, flexure: bool = False
-) -> Visit | None:
+) -> LookAgain | None:
     return memory.next(depth_mm, cleared, time_s, flexure)
 
 

@@ -27,7 +27,7 @@ from ..polyps.aiming import REFERENCE_MM, WITHIN_MM
 from ..polyps.progress import PolypProgress
 from .endoscopist import DEG_PER_MM, Endoscopist
 from .picture import PolypEye, SeenLumen, SeenPolyp
-from .search import Memory, Visit
+from .search import Memory, LookAgain
 from .stylus_hand import StylusHand
 
 # How a person goes about it: all assumed.
@@ -78,7 +78,7 @@ class PolypPerson:
         self._place, self._round, self._round_left, self._side_s = np.zeros(2), 0.0, 0.0, 0.0
         self._cleared, self._change = 0, False
         self._memory = Memory(who)
-        self._visit: Visit | None = None
+        self._visit: LookAgain | None = None
         self._depth, self._moves, self._time = 0.0, True, 0.0
         self.given_up: set[int] = set()
         self.joint_choices = self.led = 0

@@ -43,7 +43,7 @@ def rules(who: Endoscopist) -> dict[str, str]:
 
 
 @dataclass
-class Visit:
+class LookAgain:
     """Places along the way from which he looks for a polyp, or, number None, for any that he has not noticed.
 
     stands: mm that his hand has inserted, in turn; those that were visited are taken away. side: (2,) unit, where in
@@ -103,12 +103,12 @@ class Memory:
         """He looked round at a place."""
         self._looked.append(depth_mm)
 
-    def visit(self, number: int) -> Visit:
+    def visit(self, number: int) -> LookAgain:
         """To a polyp that he noticed."""
         at, side = self._places[number]
-        return Visit(number, [max(at - mm, 0.0) for mm in _STANDS_MM[self._tries[number]]], side)
+        return LookAgain(number, [max(at - mm, 0.0) for mm in _STANDS_MM[self._tries[number]]], side)
 
-    def next(self, depth_mm: float, cleared: int, time_s: float, flexure: bool) -> Visit | None:
+    def next(self, depth_mm: float, cleared: int, time_s: float, flexure: bool) -> LookAgain | None:
         """Where he looks before he goes on; None: nowhere. flexure: as the picture has it."""
         if cleared >= POLYPS or time_s > self._who.whole_s:
             return None
@@ -117,12 +117,12 @@ class Memory:
                 self._left.discard(number)
                 return self.visit(number)
         if flexure and not self._near(depth_mm, self._who.flexure_mm):
-            return Visit(None, [depth_mm])
+            return LookAgain(None, [depth_mm])
         if depth_mm - self._fresh_mm > self._who.gap_mm:
             begin, self._fresh_mm = self._fresh_mm, depth_mm
             stands = np.arange(depth_mm, begin, -_GAP_STEP_MM).tolist()
             stands = [mm for mm in stands if not self._near(mm, 0.5 * _GAP_STEP_MM)]
-            return Visit(None, stands) if stands else None
+            return LookAgain(None, stands) if stands else None
         return None
 
     def _near(self, depth_mm: float, apart_mm: float) -> bool:
