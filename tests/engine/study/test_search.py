@@ -9,7 +9,7 @@ import pytest
 
 from vfix_engine.study.endoscopy.endoscopist import Endoscopist
 from vfix_engine.study.endoscopy.picture import SeenPolyp
-from vfix_engine.study.endoscopy.search import Memory, LookAgain, rules
+from vfix_engine.study.endoscopy.search import LookAgain, Memory, rules
 
 WHO = Endoscopist()
 

@@ -27,7 +27,7 @@ from ..polyps.aiming import REFERENCE_MM, WITHIN_MM
 from ..polyps.progress import PolypProgress
 from .endoscopist import DEG_PER_MM, Endoscopist
 from .picture import PolypEye, SeenLumen, SeenPolyp
-from .search import Memory, LookAgain
+from .search import LookAgain, Memory
 from .stylus_hand import StylusHand
 
 # How a person goes about it: all assumed.
