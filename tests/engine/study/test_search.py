@@ -34,6 +34,7 @@ def test_he_goes_back_to_a_polyp_that_he_noticed_and_passed() -> None:
     assert visit is not None
     assert visit.number == 4
     assert visit.stands == pytest.approx([108.0, 96.0, 118.0, 84.0])
+    assert visit.side is not None
     np.testing.assert_allclose(visit.side, [1.0, 0.0])
     memory.gone(4, 110.0)
     assert next_of(memory, 131.0) is None
