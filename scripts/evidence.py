@@ -101,6 +101,23 @@ def used(report: Mapping[str, Any]) -> str:
     )
 
 
+def sweeps(report: Mapping[str, Any]) -> str:
+    """Each assumption at other values: means of the swept subjects, of each arm in turn; nothing without sweeps."""
+    rows = report.get("sweeps")
+    if not rows:
+        return "The stored report is of `--quick`, which has no sweeps."
+    arms = list(rows[0]["arms"])
+    figures = list(rows[0]["arms"][arms[0]])
+    lines = [
+        [f"`{row['assumption']}`" if row["value"] is not None else row["assumption"],
+         "" if row["value"] is None else f"{row['value']:.4g}",
+         *(" / ".join(short(row["arms"][arm][figure]) for arm in arms) for figure in figures)]
+        for row in rows
+    ]  # fmt: skip
+    told = f"Means of {rows[0]['subjects']} subjects, {' / '.join(arms)}:\n\n"
+    return told + table(["Assumed", "Value", *(f"`{figure}`" for figure in figures)], lines)
+
+
 def contradictions(report: Mapping[str, Any]) -> str:
     """Where the papers contradict themselves."""
     return "\n".join(f"- {one}" for one in report["contradictions"])
@@ -108,7 +125,7 @@ def contradictions(report: Mapping[str, Any]) -> str:
 
 TABLES: Mapping[str, Callable[[Mapping[str, Any]], str]] = {
     "cells": cells, "fitted": fitted, "assumed": assumed, "order": order, "times": times,
-    "contradictions": contradictions, "compared": compared, "agrees": agrees, "used": used,
+    "contradictions": contradictions, "compared": compared, "agrees": agrees, "used": used, "sweeps": sweeps,
 }  # fmt: skip
 
 
@@ -138,6 +155,11 @@ def number(value: float | None, spread: float | None) -> str:
     if spread is not None:
         return f"{value:.3f} ± {spread:.3f}"
     return f"{value:.3f}" if abs(value) >= LEAST or value == 0.0 else f"{value:.1e}"
+
+
+def short(value: float | None) -> str:
+    """A figure of a crowded table."""
+    return "none" if value is None else f"{value:.3g}" if abs(value) < 1000.0 else f"{value:.0f}"
 
 
 def main() -> int:

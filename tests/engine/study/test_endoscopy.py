@@ -153,6 +153,17 @@ def test_a_hand_yields_to_a_force_where_there_is_one_on_the_stylus() -> None:
     np.testing.assert_allclose(moved, [10.0, 0.0], atol=1e-6)
 
 
+def test_the_axes_of_a_manual_joint_may_be_turned_against_the_picture() -> None:
+    """Nothing else does: with forces on the stylus the hand moves the camera in its picture."""
+    quiet = replace(Endoscopist().person, tremor_mm=0.0, motion_noise=0.0)
+    who = replace(Endoscopist(), person=quiet, hand_turn_deg=90.0)
+    manual, guided = (StylusHand(who, np.random.default_rng(0), 0.01, feels) for feels in (False, True))
+    for _ in range(300):
+        turned, straight = (hand.moved(np.array([10.0, 0.0]), np.zeros(2)) for hand in (manual, guided))
+    np.testing.assert_allclose(turned, [0.0, 10.0], atol=1e-6)
+    np.testing.assert_allclose(straight, [10.0, 0.0], atol=1e-6)
+
+
 def test_a_person_of_the_cavity_cuts_a_line() -> None:
     found = label_run.run_trial(cavity_of("guided"), Endoscopist(), 1, longest_s=40.0)
     assert found.task.traced >= 1

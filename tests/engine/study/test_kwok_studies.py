@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from vfix_engine.errors import InputError
 from vfix_engine.study.diathermy.task import LabelProgress, first_state
+from vfix_engine.study.endoscopy.endoscopist import Endoscopist
 from vfix_engine.study.endoscopy.label_run import LabelTrial
 from vfix_engine.study.endoscopy.polyp_run import PolypTrial
-from vfix_engine.study.experiment import kwok2013_1, kwok2013_2, kwok_figures
+from vfix_engine.study.experiment import kwok2013_1, kwok2013_2, kwok_figures, kwok_sweeps
 from vfix_engine.study.experiment.arms import ArmKey, keys, place_of, seed_of, subject_of
 from vfix_engine.study.experiment.cavity import stored_labels
 from vfix_engine.study.experiment.colon import colon_of
@@ -130,6 +133,41 @@ def test_study_ii_has_every_printed_cell() -> None:
     assert cells["ours", "labels traced", "manual"]["ours"] == 5.0
     assert cells["ours", "whole task (s)", "manual"]["n"] == 0
     json.dumps(found, allow_nan=False)
+
+
+def test_a_sweep_changes_one_assumption_of_the_first_subjects_and_quick_has_none() -> None:
+    swept = kwok_sweeps.swept_keys(["content", "delay_s"], ["guided"], 4, 12)
+    assert [(one.assumption, one.value, one.key.subject) for one in swept] == [
+        ("content", 0.35, 0), ("content", 0.35, 1), ("content", 0.95, 0), ("content", 0.95, 1),
+        ("delay_s", 0.1, 0), ("delay_s", 0.1, 1), ("delay_s", 0.4, 0), ("delay_s", 0.4, 1),
+    ]  # fmt: skip
+    key, who = kwok_sweeps.asked_of(swept[6])
+    same = subject_of(key)
+    assert who.person.delay_s == pytest.approx(2.0 * same.person.delay_s)
+    assert replace(who, person=same.person) == same
+    assert kwok_sweeps.asked_of(key) == (key, same)
+    assert kwok2013_1.evaluated(made_up(), SMALL)["sweeps"] == []
+    with pytest.raises(InputError, match="no_such"):
+        kwok_sweeps.median_with("no_such", 1.0)
+
+
+@pytest.mark.parametrize("module", [kwok2013_1, kwok2013_2])
+def test_every_swept_assumption_has_other_values(module: Any) -> None:
+    for name in module.SWEPT:
+        own = Endoscopist().to_dict()[name]
+        assert own not in kwok_sweeps.values_of(name), name
+
+
+def test_a_sweep_has_the_mean_of_its_subjects_beside_that_of_the_study() -> None:
+    main, options = made_up(), Options(seed=4, subjects=3)
+    keys_ = kwok_sweeps.swept_keys(["content"], kwok2013_1.SWEPT_ARMS, 4, 3)
+    none_done = {one: main[one.key]._replace(table=replace(main[one.key].table, polyps_missed=7)) for one in keys_}
+    rows = kwok2013_1.evaluated(main, options, none_done)["sweeps"]
+    assert [(row["assumption"], row["value"], row["subjects"]) for row in rows] == [
+        ("as assumed", None, 2), ("content", 0.35, 2), ("content", 0.95, 2),
+    ]  # fmt: skip
+    assert [row["arms"]["manual"]["polyps_missed"] for row in rows] == [1.0, 7.0, 7.0]
+    assert rows[0]["arms"]["guided"]["completion_time_s"] == pytest.approx(2.1)
 
 
 def test_arms_are_met_in_all_orders_by_the_same_person() -> None:

@@ -37,7 +37,13 @@ class Endoscopist:
         ``DriveSettings`` (assumed). 0: forces change nothing but where they are minded (``careful_n``).
     careful_n: guidance that is felt, at which a person stops to insert and lets the hand be led (assumed).
     content: value of the marker, from 0, blue, to 1, bright yellow, with which a person rests (assumed).
-    patience_s: after which a target is left (assumed).
+    patience_s: after which a target is left (assumed). whole_s: after which he looks for nothing again (assumed).
+    gap_mm: of insertion without a polyp, which he looks over again (assumed). flexure_mm: between two places where he
+        looks round in a bend (assumed). round_mm: of the hand off its place with a straight tip, while he leads it
+        round (assumed): a view of about 45° to each side.
+    free_n: force above which he gives way before he goes on, while nothing is looked at (assumed).
+    hand_turn_deg: of the axes of the chosen joint against the picture, as the hand has them in the manual arm. The
+        paper prints that they are mapped "directly" and no angle: 0 is assumed, the easiest one.
 
     Raises:
         InputError: a value is negative or not finite, or a time or speed that divides is 0.
@@ -54,12 +60,18 @@ class Endoscopist:
     careful_n: float = 1.0
     content: float = 0.7
     patience_s: float = 60.0
+    whole_s: float = 600.0
+    gap_mm: float = 90.0
+    flexure_mm: float = 25.0
+    round_mm: float = 16.0
+    free_n: float = 0.2
+    hand_turn_deg: float = 0.0
 
     def __post_init__(self) -> None:
         for name, value in self.own().items():
             if not (np.isfinite(value) and value >= 0.0):
                 raise InputError(f"{name} of an endoscopist is {value!r:.40}; it is a number from 0 on")
-        for name in ("approach_s", "camera_mm_per_s", "insert_mm_per_s", "cut_mm_per_s", "patience_s"):
+        for name in ("approach_s", "camera_mm_per_s", "insert_mm_per_s", "cut_mm_per_s", "patience_s", "round_mm"):
             if getattr(self, name) == 0.0:
                 raise InputError(f"{name} of an endoscopist must not be 0")
 

@@ -1,7 +1,8 @@
 """A simulated person who does study II of Kwok 2013: looks for labels in a cavity, and cuts along the line of each.
 
 He knows only the picture (``LabelEye``), the force on his hand, where his hand is, and from the instruction that the
-labels are numbered round the cavity, low and high in turns. He looks for the next one by leading his hand round.
+labels are numbered round the cavity, low and high in turns. He looks for the next one by leading his hand round, and
+in the next turn where he has not looked in the last one.
 """
 
 from __future__ import annotations
@@ -29,12 +30,20 @@ from .stylus_hand import StylusHand
 # How a person goes about it: all assumed.
 LOOK_S = 0.05  # between two looks
 _ROUND_MM, _SWING_MM = 45.0, 25.0  # of the hand from its place with a straight robot, while he looks round
-_SWINGS = 3.0  # from low to high and back in one turn
+_SWINGS = 2.5  # from low to high and back in one turn, so that he is high in a turn where he was low in the last one
+_TURNS = 4.0 * math.pi  # [rad] round, after which it is tried otherwise
 _LEAD_MM = 8.0  # of the place round to which the hand goes, ahead of where it is
 _BEGIN_MM = 1.0  # of the marker from the object's aimed end: the button is pressed
 _STUCK_S, _NEARER_MM = 2.5, 0.5  # without getting nearer: left for another label, and tried again later
 _TRIES = 4  # at one label
 _REST_S, _STRAIGHT_S = 0.2, 6.0  # a robot whose picture stands still for so long is straight; at most so long
+
+SEARCH = (
+    f"he leads his hand round at {_ROUND_MM:g} ± {_SWING_MM:g} mm from its place with a straight robot, "
+    f"{_SWINGS:g} times out and in on a turn; after {_TURNS / (2.0 * math.pi):g} turns with the next joint of a manual "
+    "arm, or to a label that he left"
+)
+"""How he looks for the next label, in words."""
 
 
 class LabelPerson:
@@ -62,6 +71,7 @@ class LabelPerson:
         self._place = np.zeros(2)  # [mm] of the hand from where the robot was straight
         self._target: int | None = None
         self._best, self._stuck_s, self._still_s, self._straight_s = math.inf, 0.0, 0.0, 0.0
+        self._turned = 0.0  # [rad] round, with nothing seen
         self._tries: Counter[int] = Counter()
         self._skip: int | None = None
         self.given_up: set[int] = set()
@@ -104,7 +114,7 @@ class LabelPerson:
 
     def _begin(self, target: int | None) -> None:
         if target is not None and target != self._target:
-            self._skip = None  # another one is tried in between
+            self._skip, self._turned = None, 0.0  # another one is tried in between
         self._target, self._best, self._stuck_s = target, math.inf, 0.0
 
     def _go(self, off_deg: Array, most: float) -> None:
@@ -166,7 +176,10 @@ class LabelPerson:
         towards = radius * np.array([math.cos(self._round), math.sin(self._round)]) - self._place
         away = math.hypot(*towards)
         if away < _LEAD_MM:  # the place round waits for the hand
-            self._round += speed * LOOK_S / _ROUND_MM
+            turn = speed * LOOK_S / _ROUND_MM
+            self._round, self._turned = self._round + turn, self._turned + turn
+        if self._turned > _TURNS:  # nothing more from here: with the next joint of a manual arm, or one left before
+            self._turned, self._change, self._skip = 0.0, True, None
         self._wanted = towards * (speed / max(away, speed * LOOK_S))
 
     def _chosen_joint(self) -> tuple[Request, ...]:

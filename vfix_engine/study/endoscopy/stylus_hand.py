@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ...arrays import Array
@@ -14,11 +16,15 @@ NOISE_S = 0.3  # in which the noise of a motion changes: assumed, as of a hand t
 class StylusHand:
     """One hand in one trial; every random number is drawn from ``random``.
 
-    feels: whether forces are on the stylus, as in every arm but the paper's without.
+    feels: whether forces are on the stylus, as in every arm but the paper's without; there the hand turns a joint,
+    whose axes may be turned against the picture (``Endoscopist.hand_turn_deg``).
     """
 
     def __init__(self, who: Endoscopist, random: np.random.Generator, dt_s: float, feels: bool) -> None:
         self._who, self._feels = who, feels
+        turn = 0.0 if feels else math.radians(who.hand_turn_deg)
+        cos, sin = math.cos(turn), math.sin(turn)
+        self._turn = np.array([[cos, -sin], [sin, cos]])
         self._share = dt_s / (dt_s + who.person.hand_lag_s)
         self._noise, self._tremor = DriftNoise(random, dt_s, NOISE_S), Tremor(random, dt_s)
         self._velocity, self._feed = np.zeros(2), 0.0
@@ -31,7 +37,7 @@ class StylusHand:
         self._velocity = self._velocity + self._share * (noisy - self._velocity)
         self._feed = 0.0
         led = self._who.yield_mm_per_s_per_n * force if self._feels else np.zeros(2)
-        velocity: Array = self._velocity + person.tremor_mm * self._tremor.next()[:2] + led
+        velocity: Array = self._turn @ (self._velocity + person.tremor_mm * self._tremor.next()[:2]) + led
         return velocity
 
     def fed(self, wanted: float) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from ...arrays import Array
 from ...worlds.snake.settings import ARMS, Arm
 from ..endoscopy.endoscopist import SPREADS, Endoscopist
 from ..endoscopy.polyp_run import LONGEST_S, PolypTrial, run_trial
+from ..endoscopy.search import rules
 from ..farm import run_all
 from ..polyps.figures import ASSUMED
 from .arms import (
@@ -23,36 +25,53 @@ from .arms import (
     mean_cell,
     place_of,
     seed_of,
-    subject_of,
     subjects_of,
 )
 from .cells import Cell, report
 from .colon import CONTROL, STEP_S, colon_of, stored_colon
 from .kwok_figures import AGREES, CONTRADICTIONS, KWOK_III, PrintedRow
+from .kwok_sweeps import SweptKey, asked_of, swept_keys, swept_rows
 from .options import Options
 from .paper_figures import Printed
 
 OURS = "certified"
+SWEPT = (
+    "camera_mm_per_s", "approach_s", "insert_mm_per_s", "see_deg", "see_distance", "yield_mm_per_s_per_n", "careful_n",
+    "content", "patience_s", "whole_s", "gap_mm", "flexure_mm", "round_mm", "free_n", "hand_turn_deg", "delay_s",
+    "tremor_mm", "drift_s", "hand_lag_s", "motion_noise", "learning",
+)  # fmt: skip
+SWEPT_ARMS: tuple[Arm, ...] = ("manual", "guided")
+SWEPT_FIGURES = (
+    "completion_time_s", "travelled_mm", "polyps_missed", "angle_error_deg", "times_missed", "deviations",
+    "deviation_max_mm", "deviation_length_mm",
+)  # fmt: skip
 _FEW = "no p: fewer than two subjects have both, or no difference varies"
 
 
-def record(key: ArmKey) -> PolypTrial:
+def record(key: ArmKey | SweptKey) -> PolypTrial:
     """Run one trial of a subject."""
-    return run_trial(colon_of(key.arm), subject_of(key), seed_of(key), LONGEST_S)
+    key, who = asked_of(key)
+    return run_trial(colon_of(key.arm), who, seed_of(key), LONGEST_S)
 
 
 def run(options: Options) -> dict[str, Any]:
-    """Run the study, and return its report. Raises ControlError: a trial could not be run."""
-    wanted, done = keys(options), itertools.count(1)
+    """Run the study with its sweeps, and return its report. Raises ControlError: a trial could not be run."""
+    main = keys(options)
+    swept = [] if options.quick else swept_keys(SWEPT, SWEPT_ARMS, options.seed, subjects_of(options))
+    wanted: list[ArmKey | SweptKey] = [*main, *swept]
+    done = itertools.count(1)
 
-    def tell(key: ArmKey, value: PolypTrial) -> None:
+    def tell(key: ArmKey | SweptKey, value: PolypTrial) -> None:
         options.progress(next(done) / len(wanted))
 
-    return evaluated(run_all(record, wanted, options.workers, tell, options.scheduler), options)
+    found = run_all(record, wanted, options.workers, tell, options.scheduler)
+    return evaluated({key: found[key] for key in main}, options, {key: found[key] for key in swept})
 
 
-def evaluated(recorded: Mapping[ArmKey, PolypTrial], options: Options) -> dict[str, Any]:
-    """The report on recorded trials."""
+def evaluated(
+    recorded: Mapping[ArmKey, PolypTrial], options: Options, swept: Mapping[SweptKey, PolypTrial] = MappingProxyType({})
+) -> dict[str, Any]:
+    """The report on recorded trials, and on those of the sweeps."""
     subjects = subjects_of(options)
     values = {
         name: by_arm({key: one.table.to_dict()[name] for key, one in recorded.items()}, subjects) for name in KWOK_III
@@ -63,13 +82,16 @@ def evaluated(recorded: Mapping[ArmKey, PolypTrial], options: Options) -> dict[s
     cells += [_own("most beyond a bound (mm)", arm, beyond[arm]) for arm in ARMS]
     return report(
         "kwok2013-1", options.seed, cells, quick=options.quick, fitted={}, assumed=assumed(), order_share={},
-        pairs=tests, apparatus=int(stored_colon()[1]["version"]), more=_more(recorded, values, subjects),
+        pairs=tests, apparatus=int(stored_colon()[1]["version"]), more=_more(recorded, values, subjects)
+        | {"sweeps": swept_rows({key: _swept(one) for key, one in swept.items()},
+                                {key: _swept(one) for key, one in recorded.items()})},
     )  # fmt: skip
 
 
 def assumed() -> dict[str, Any]:
     """Each assumed size, of the people and of the task."""
     people = {f"people: {name}": value for name, value in Endoscopist().to_dict().items()}
+    people |= {f"rule: {name}": words for name, words in rules(Endoscopist()).items()}
     task = {f"task: {number + 1}": words for number, words in enumerate(ASSUMED)}
     return people | {f"spread: {name}": value for name, value in SPREADS.items()} | task | {
         "control": CONTROL,
@@ -122,6 +144,11 @@ def _verdict(paper: float | None, ours: float | None) -> str:
     if ours == 0.0:
         return "not reached: no difference"
     return "reached" if ours >= paper else "the same way, not reached" if ours > 0.0 else "not reached: the other way"
+
+
+def _swept(trial: PolypTrial) -> dict[str, float | None]:
+    figures = trial.table.to_dict()
+    return {name: figures[name] for name in SWEPT_FIGURES}
 
 
 def _own(row: str, arm: str, values: Array) -> Cell:
