@@ -6,7 +6,7 @@ the person: the display shows the robot's own belief. So a sweep over them costs
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
@@ -26,7 +26,7 @@ from ...worlds.rigid.rehearsal import Rehearsal
 from ...worlds.rigid.snapshot import RigidSnapshot
 from ..drive import LONGEST_S, drive
 from ..operator import PursuitOperator
-from ..person import DriftNoise, Person
+from ..person import SPREADS, DriftNoise, Person
 from .apparatus import Apparatus, apparatus
 
 Mode = Literal["freehand", "hands-on", "teleoperated", "inspection"]
@@ -78,9 +78,12 @@ def seeds(study: int, *names: int) -> np.random.SeedSequence:
     return np.random.SeedSequence(study, spawn_key=names)
 
 
-def subject_of(key: TrialKey, median: Person) -> Person:
-    """The subject of a trial, with the practice of the trials before it; the same person in every mode."""
-    drawn = median.drawn(np.random.default_rng(seeds(key.study, key.subject)))
+def subject_of(key: TrialKey, median: Person, spreads: Mapping[str, float] = SPREADS) -> Person:
+    """The subject of a trial, with the practice of the trials before it; the same person in every mode.
+
+    spreads: see ``Person.drawn``.
+    """
+    drawn = median.drawn(np.random.default_rng(seeds(key.study, key.subject)), spreads)
     return drawn.practised(key.trial)
 
 
