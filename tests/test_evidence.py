@@ -39,16 +39,19 @@ def test_a_changed_report_changes_the_page(tmp_path: Path) -> None:
     assert evidence.written(page, tmp_path) != page
 
 
-def test_the_figures_are_those_of_the_report_and_all_are_shown() -> None:
-    report = json.loads((DOCS / "evidence" / "li2007.json").read_text(encoding="utf-8"))
+@pytest.mark.parametrize(
+    ("study", "mode", "changed"), [("li2004", "hands-on", "li2004_6.svg"), ("li2007", "freehand", "li2007_15.svg")]
+)
+def test_the_figures_are_those_of_the_report_and_all_are_shown(study: str, mode: str, changed: str) -> None:
+    report = json.loads((DOCS / "evidence" / f"{study}.json").read_text(encoding="utf-8"))
     page = (DOCS / "evidence.md").read_text(encoding="utf-8")
     drawn = evidence_figures.drawn(report)
-    assert {file.name for file in (DOCS / "evidence").glob("li2007_*.svg")} == set(drawn)
+    assert {file.name for file in (DOCS / "evidence").glob(f"{study}_*.svg")} == set(drawn)
     for name, text in drawn.items():
         assert (DOCS / "evidence" / name).read_text(encoding="utf-8") == text, name
         assert f"(evidence/{name})" in page
-    report["traces"]["trials"]["freehand"]["seen_error_mm"][3] += 0.5
-    assert {name for name, text in evidence_figures.drawn(report).items() if text != drawn[name]} == {"li2007_15.svg"}
+    report["traces"]["trials"][mode]["seen_error_mm"][3] += 0.5
+    assert {name for name, text in evidence_figures.drawn(report).items() if text != drawn[name]} == {changed}
 
 
 @pytest.mark.parametrize(
