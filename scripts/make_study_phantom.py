@@ -59,7 +59,11 @@ def main() -> None:
     bone, points, beads = _parts(args.anatomy, args.head)
     path = SplinePath(points)
     placed = place_robot(
-        ProximityTree(read_mesh(bone, frame="LPS", unit="mm")[0]), RobotModel.load(ROBOT), Tool.load(TOOL), path, ControlSettings()
+        ProximityTree(read_mesh(bone, frame="LPS", unit="mm")[0]),
+        RobotModel.load(ROBOT),
+        Tool.load(TOOL),
+        path,
+        ControlSettings(),
     )
     content = {
         "schema": SCHEMA,
@@ -85,7 +89,8 @@ def structures(path: SplinePath, side: float) -> list[dict[str, Any]]:
     beside = np.array([side * BESIDE_MM, 0.0, 0.0])
 
     def at(share: float) -> list[float]:
-        return np.asarray(np.round(path.position(share * path.length) + beside, 3)).tolist()
+        place: list[float] = np.round(path.position(share * path.length) + beside, 3).tolist()
+        return place
 
     return [
         {"name": "inferior turbinate", "centre": at(0.45), "end": at(0.75), "radius": 2.0, "margin_mm": 1.0},

@@ -105,8 +105,8 @@ def apparatus(variant: str = "li2007", anatomy: str = "phantom", head: str = "")
         )
     path, settings = SplinePath(points), ControlSettings()
     scene = Scene(
-        ProximityTree(read_mesh(bone, frame="LPS", unit="mm")[0]), RobotModel.load(ROBOT), Tool.load(TOOL), np.array(stored["base"]),
-        np.array(stored["q_start"]), path, np.array([stored["target"]]), ("target",),
+        ProximityTree(read_mesh(bone, frame="LPS", unit="mm")[0]), RobotModel.load(ROBOT), Tool.load(TOOL),
+        np.array(stored["base"]), np.array(stored["q_start"]), path, np.array([stored["target"]]), ("target",),
     )  # fmt: skip
     structures = tuple(_structure(one) for one in stored.get("structures", ()))
     driven, control = _in_variant(variant, scene, settings, structures)

@@ -43,7 +43,8 @@ def run(options: Options) -> dict[str, Any]:
         options.progress(next(done) / len(wanted))
 
     recorded = run_all(record, wanted, options.workers, tell)
-    cells, shown = [], {}
+    cells: list[Cell] = []
+    shown: dict[str, Any] = {}
     for mode, row in (("freehand", "freehand"), ("hands-on", "robot")):
         sizes = fitted.sizes if mode == "freehand" else fitted.sizes.by_encoders()
         trials = {key: Recorded.of(one.trial, sizes) for key, one in recorded.items() if key.mode == mode}
