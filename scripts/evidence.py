@@ -145,7 +145,7 @@ def sizes(report: Mapping[str, Any]) -> str:
     share = next((one for one in report["order_share"].values() if isinstance(one, dict)), None)
     where = "" if share is None else f", {share['of']} laboratories"
     return (
-        f"{report['subjects']} subjects, {report['trials']} trials in each mode{where}, seed {report['seed']}: "
+        f"{report['subjects']} subjects, trials of each in a mode: {report['trials']}{where}, seed {report['seed']}: "
         f"{report['cpu_s']:.0f} s of processor."
     )
 
