@@ -196,6 +196,7 @@ function figures(snake) {
   const facts = [
     ...(snake.fixed ? [["Base", `Fixed, ${snake.links} links`]] : [
       ["Depth", `${fixed(snake.depth_mm, 0)} of ${fixed(snake.length_mm, 0)} mm`],
+      ...(snake.passed ? [["Past", snake.passed]] : []),
       ["Links inside", `${snake.links_inside} of ${snake.links}`],
     ]),
     ["Deviation", nearest ? `${fixed(nearest.deviation_mm, 1)} of ${fixed(nearest.bound_mm, 1)} mm, link ${nearest.link}` : "–"],

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from app.cases.model import Case
 from app.drives.prepared_drive import PreparedDrive
 from app.lumen.document import Route, StoredRoute
 from app.lumen.lens_wall import LensWall
@@ -26,7 +27,8 @@ STEP_S = 0.002  # of control: a step whose program turns the view takes a millis
 class PreparedSnake(PreparedDrive[SnakeSnapshot]):
     """A robot at the entry of a route. path: what was computed of the route; drive: fixed for the whole drive.
 
-    task: that the drive begins with, None for none. wall: of the lumen, None where the tissue moves.
+    task: that the drive begins with, None for none. wall: of the lumen, None where the tissue moves. landmarks: of the
+    case, each with its arc length in mm along the way, in their order.
     """
 
     settings: SnakeSettings
@@ -35,6 +37,7 @@ class PreparedSnake(PreparedDrive[SnakeSnapshot]):
     drive: DriveSettings
     task: TaskWatch[Any] | None = None
     wall: LensWall | None = None
+    landmarks: tuple[tuple[float, str], ...] = ()
 
     def begin(self, process: ControlProcess[SnakeSnapshot]) -> None:
         if self.task is not None:
@@ -70,7 +73,20 @@ def prepare(
         drive=drive,
         task=task,
         wall=LensWall(services.lumen_routes.tasks.wall(route.case_id)) if path.tissue is None else None,
+        landmarks=landmarks_along(services.cases.get(route.case_id), path),
     )
+
+
+def landmarks_along(case: Case, path: RoutePath) -> tuple[tuple[float, str], ...]:
+    """The landmarks that the way leads past, with their arc lengths in mm; a robot on a fixed base passes none."""
+    from vfix_engine.snake.conform.conforming import driven_curve
+    from vfix_engine.study.polyps.world import landmarks_on
+
+    if path.base is not None:
+        return ()
+    places = {mark.name: mark.position for mark in case.landmarks}
+    curve = driven_curve(path.lumen.pathway, path.lumen.curve)
+    return tuple(sorted((s, name) for name, s in landmarks_on(places, curve).items()))
 
 
 def watched_task(

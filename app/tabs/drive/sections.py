@@ -46,7 +46,8 @@ class BehindWallView(TypedDict):
 
 
 class SnakeView(TypedDict):
-    """Figures of the snake robot. depth_mm: of the tip along the pathway.
+    """Figures of the snake robot. depth_mm: of the tip along the pathway; passed: the last landmark behind it, '' for
+    none.
 
     nearest: the link nearest to its bound, None while none is inside. bend: r of the bending links, 1 where they bend
     no further; straight: they have the pathway's shape. can_look: the camera can be moved. doing: a request under way.
@@ -60,6 +61,7 @@ class SnakeView(TypedDict):
 
     depth_mm: float
     length_mm: float
+    passed: str
     links: int
     links_inside: int
     nearest: LinkView | None

@@ -1,4 +1,4 @@
-// What the status bar says of the snake robot: depth, the link nearest to its bound, force, and what holds it.
+// What the status bar says of the snake robot: depth, the landmark that it passed, the link nearest to its bound, force, and what holds it.
 import { holdingWords, reading } from "/static/js/status.js";
 
 /** @import { ViewModel } from "/static/js/types.js" */
@@ -8,11 +8,12 @@ const NEAR_SHARE = 0.9; // of a bound: from there on it is a caution
 export class SnakeStatus {
   constructor() {
     this.depth = reading("Depth");
+    this.passed = reading("Past");
     this.deviation = reading("Deviation");
     this.bound = reading("Bound");
     this.force = reading("Force");
     this.holding = reading("Held by", "fill");
-    this.elements = [this.depth, this.deviation, this.bound, this.force, this.holding].map(({ element }) => element);
+    this.elements = [this.depth, this.passed, this.deviation, this.bound, this.force, this.holding].map(({ element }) => element);
   }
 
   /** @param {ViewModel} state */
@@ -20,6 +21,8 @@ export class SnakeStatus {
     const nearest = snake?.nearest;
     this.depth.element.hidden = Boolean(snake?.fixed);
     this.depth.set(snake?.depth_mm, 0, "mm");
+    this.passed.element.hidden = !snake?.passed;
+    this.passed.say(snake?.passed ?? "");
     this.deviation.set(nearest?.deviation_mm, 1, "mm");
     this.bound.set(nearest?.bound_mm, 1, "mm");
     this.deviation.element.classList.toggle("caution", Boolean(nearest && nearest.deviation_mm > NEAR_SHARE * nearest.bound_mm));

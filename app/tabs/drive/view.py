@@ -30,6 +30,7 @@ def snake_section(now: SnakeRecord, shown: bool = False) -> SnakeView | None:
     return {
         "depth_mm": round(float(snapshot.progress_mm), 1),
         "length_mm": round(float(snapshot.length_mm), 1),
+        "passed": passed(prepared, float(snapshot.progress_mm)),
         "links": prepared.path.snake.links,
         "links_inside": snapshot.links_inside,
         "nearest": _nearest(snapshot),
@@ -50,6 +51,11 @@ def snake_section(now: SnakeRecord, shown: bool = False) -> SnakeView | None:
         "lens_mm": None if prepared.wall is None else round(prepared.wall.distance_mm(snapshot.camera), 1),
         "fixed": prepared.path.base is not None,
     }
+
+
+def passed(prepared: PreparedSnake, depth_mm: float) -> str:
+    """The last landmark behind the tip, '' for none."""
+    return next((name for s, name in reversed(prepared.landmarks) if s <= depth_mm), "")
 
 
 def behind_wall(path: RoutePath) -> BehindWallView | None:

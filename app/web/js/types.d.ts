@@ -1243,7 +1243,8 @@ export interface StageView {
 }
 
 /**
- * Figures of the snake robot. depth_mm: of the tip along the pathway.
+ * Figures of the snake robot. depth_mm: of the tip along the pathway; passed: the last landmark behind it, '' for
+ * none.
  *
  * nearest: the link nearest to its bound, None while none is inside. bend: r of the bending links, 1 where they bend
  * no further; straight: they have the pathway's shape. can_look: the camera can be moved. doing: a request under way.
@@ -1257,6 +1258,7 @@ export interface StageView {
 export interface SnakeView {
   depth_mm: number;
   length_mm: number;
+  passed: string;
   links: number;
   links_inside: number;
   nearest: LinkView | null;

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from lumen_cases import route_in, tube
 from lumen_driving import INSERT, Driving, stored
 from session_doubles import send
 
+from app.cases.model import CaseLandmark, to_triple
 from app.drives import commands as drives
 from app.drives.shared_drives import SharedDrives
 from app.lumen.document import StoredRoute
@@ -19,8 +21,10 @@ from app.services import Services
 from app.tabs.drive import preparation
 from app.tabs.drive.options import LumenDriveOptions
 from app.tabs.drive.routes import COLUMNS
+from app.tabs.drive.view import passed
 from vfix_engine.errors import ControlError
 from vfix_engine.kernels.preparation import Preparation
+from vfix_engine.snake.conform.conforming import driven_curve
 
 
 @pytest.fixture
@@ -209,6 +213,22 @@ def test_the_share_behind_the_wall_stands_beside_certified(
     assert path.reach.behind_wall is not None
     assert shown["behind"]["share"] == pytest.approx(path.reach.behind_wall.outside, abs=1e-4)
     assert shown["behind"]["depth_mm"] == pytest.approx(path.reach.behind_wall.depth_mm[-1], abs=1e-2)
+
+
+def test_landmarks_on_the_way_have_their_depth_and_others_are_none(
+    phantom_services: Services, route: StoredRoute
+) -> None:
+    path = phantom_services.lumen_routes.paths.wait(route)
+    curve = driven_curve(path.lumen.pathway, path.lumen.curve)
+    places = [("Far", curve.position(50.0) + 100.0), ("Deep", curve.position(60.0)), ("Low", curve.position(20.0))]
+    marks = tuple(CaseLandmark(name, to_triple(place)) for name, place in places)
+    case = replace(phantom_services.cases.get(route.case_id), landmarks=marks)
+    found = preparation.landmarks_along(case, path)
+    assert [name for _, name in found] == ["Low", "Deep"]
+    assert [s for s, _ in found] == pytest.approx([20.0, 60.0], abs=0.1)
+    prepared = replace(preparation.prepare(phantom_services, route, LumenDriveOptions(), str), landmarks=found)
+    assert [passed(prepared, depth) for depth in (0.0, 21.0, 59.0, 61.0)] == ["", "Low", "Low", "Deep"]
+    assert preparation.landmarks_along(case, replace(path, base=np.eye(4))) == ()
 
 
 def test_kernels_that_are_being_prepared_are_waited_for_in_words(

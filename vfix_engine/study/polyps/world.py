@@ -125,16 +125,18 @@ def polyps_in(
     return PlacedPolyps(places, task, tuple(_views(task, found, places)))
 
 
+def landmarks_on(landmarks: Mapping[str, ArrayLike], curve: Curve) -> dict[str, float]:
+    """At which arc length in mm the landmarks are, without those that are far from the curve."""
+    given = {name: point(f"the landmark {name!r}", place) for name, place in landmarks.items()}
+    at = {name: curve.closest(place) for name, place in given.items()}
+    return {name: s for name, s in at.items() if float(np.linalg.norm(curve.position(s) - given[name])) <= FAR_MARK_MM}
+
+
 def way_of(
     landmarks: Mapping[str, ArrayLike], curve: Curve, depth: float, bending_mm: float
 ) -> tuple[float, float, str | None]:
-    """From and to which arc length in mm polyps are placed, and the landmark at the end, if it is reached.
-
-    Landmarks that are far from the curve are not on the way.
-    """
-    given = {name: point(f"the landmark {name!r}", place) for name, place in landmarks.items()}
-    at = {name: curve.closest(place) for name, place in given.items()}
-    at = {name: s for name, s in at.items() if float(np.linalg.norm(curve.position(s) - given[name])) <= FAR_MARK_MM}
+    """From and to which arc length in mm polyps are placed, and the landmark at the end, if it is reached."""
+    at = landmarks_on(landmarks, curve)
     from_mm = at.get(FIRST_MARK, min(bending_mm, depth / 3.0))
     reached = LAST_MARK in at and at[LAST_MARK] <= depth + _SAME_MM
     end_mm = at[LAST_MARK] if reached else depth
