@@ -46,7 +46,7 @@ MIRRORED_BONE = "mirrored_bone.ply"
 HEAD_BONE, HEAD_PATH = "nose_sinus_bone_lps_mm.ply", "corridor.json"  # in the folder of the real head
 
 
-class Case(NamedTuple):
+class StudyCase(NamedTuple):
     """What a trial is driven in: the arguments of ``apparatus``."""
 
     variant: str = "li2007"
@@ -54,7 +54,7 @@ class Case(NamedTuple):
     head: str = ""
 
 
-PAPERS = Case()
+PAPERS = StudyCase()
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ from ...arrays import Array
 from ..error_chain import ErrorChain
 from ..error_chain.stages import EncoderError, RegistrationError
 from ..error_chain.true_tool import Sample, TrueTool
-from .apparatus import PAPERS, Case, apparatus
+from .apparatus import PAPERS, StudyCase, apparatus
 from .trials import MODES, Trial, seeds
 
 STATION_MM = 0.02  # of the polyline that stands for the path when distances are measured
@@ -59,13 +59,13 @@ SERVO_TRAVEL_MM = 5.0  # assumed: of stick and slip
 
 
 @functools.cache
-def _stations(case: Case) -> tuple[cKDTree, Array]:
+def _stations(case: StudyCase) -> tuple[cKDTree, Array]:
     path = apparatus(*case).path
     places = path.position(np.linspace(0.0, path.length, round(path.length / STATION_MM)))
     return cKDTree(places), places
 
 
-def off_path(points: Array, case: Case = PAPERS) -> Array:
+def off_path(points: Array, case: StudyCase = PAPERS) -> Array:
     """Distances (n,) of points (n, 3) to the reference curve of a case."""
     tree, places = _stations(case)
     nearest = tree.query(points)[1]
@@ -78,7 +78,7 @@ def off_path(points: Array, case: Case = PAPERS) -> Array:
     return found
 
 
-def session(sizes: ErrorSizes, study: int, subject: int, case: Case = PAPERS) -> RegistrationError:
+def session(sizes: ErrorSizes, study: int, subject: int, case: StudyCase = PAPERS) -> RegistrationError:
     """T_session of a subject's session in the laboratory of a study, with a case."""
     number = subject if sizes.by_subject else 0
     random = np.random.default_rng(seeds(study, number, 0, _SESSION))

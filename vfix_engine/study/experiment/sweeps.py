@@ -74,7 +74,7 @@ SWEEPS: Mapping[str, Sweep] = {
 }  # fmt: skip
 
 
-class Job(NamedTuple):
+class SweepJob(NamedTuple):
     """One value of a sweep, by its place."""
 
     name: str
@@ -83,21 +83,21 @@ class Job(NamedTuple):
 
 def swept(recorded: Mapping[TrialKey, Recorded], sizes: ErrorSizes, options: Options) -> dict[str, Any]:
     """By assumption: ``what`` it is, ``trials`` of each subject, and ``rows``, one of each value."""
-    jobs = [Job(name, place) for name, one in SWEEPS.items() for place in range(len(one.values))]
+    jobs = [SweepJob(name, place) for name, one in SWEEPS.items() for place in range(len(one.values))]
     rows = run_all(functools.partial(row, recorded=dict(recorded), sizes=sizes, options=_plain(options)), jobs,
                    options.workers)  # fmt: skip
     return {
         name: {
             "what": one.what,
             "trials": _trials(one, options),
-            "rows": [rows[Job(name, place)] for place in range(len(one.values))],
+            "rows": [rows[SweepJob(name, place)] for place in range(len(one.values))],
         }
         for name, one in SWEEPS.items()
     }
 
 
 def row(
-    job: Job, recorded: Mapping[TrialKey, Recorded], sizes: ErrorSizes, options: Options
+    job: SweepJob, recorded: Mapping[TrialKey, Recorded], sizes: ErrorSizes, options: Options
 ) -> dict[str, float | bool | None]:
     """Errors and times with one value: ``value``, whether it ``is_assumed``, by mode ``… error_mm`` and ``… time_s``,
     ``inspection_mm`` by the tracker, and ``order_share`` of ``LABORATORIES``."""

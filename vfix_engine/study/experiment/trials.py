@@ -29,7 +29,7 @@ from ...worlds.rigid.snapshot import RigidSnapshot
 from ..drive import LONGEST_S, drive
 from ..operator import PursuitOperator
 from ..person import SPREADS, DriftNoise, Person
-from .apparatus import PAPERS, Apparatus, Case, apparatus
+from .apparatus import PAPERS, Apparatus, StudyCase, apparatus
 
 Mode = Literal["freehand", "hands-on", "teleoperated", "inspection"]
 MODES: tuple[Mode, ...] = ("freehand", "hands-on", "teleoperated", "inspection")  # a mode's place is in the seeds
@@ -73,7 +73,7 @@ class Trial:
     max_depth_mm: float
     clearance_mm: float
     structures_mm: float = float("inf")
-    case: Case = PAPERS
+    case: StudyCase = PAPERS
 
     @property
     def time_s(self) -> float:
@@ -103,7 +103,7 @@ def run_trial(
     Raises:
         ControlError: the target cannot be looked at.
     """
-    case = Case(variant, anatomy, head)
+    case = StudyCase(variant, anatomy, head)
     around, seed = apparatus(*case), seeds(key.study, key.subject, key.trial + 1, MODES.index(key.mode))
     kept: list[Snapshot] = []
     if key.mode == "inspection":
@@ -145,7 +145,7 @@ def _look(around: Apparatus, person: Person, random: np.random.Generator, keep: 
         keep(rehearsal.system.snapshot(driver.state))
 
 
-def _trial(key: TrialKey, finished: bool, dt_s: float, kept: list[Any], on_handle: bool, case: Case) -> Trial:
+def _trial(key: TrialKey, finished: bool, dt_s: float, kept: list[Any], on_handle: bool, case: StudyCase) -> Trial:
     """Arrays of the snapshots of a rigid tool."""
     free = isinstance(kept[0], FreehandSnapshot)
     target = key.mode == "inspection"
