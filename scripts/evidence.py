@@ -12,6 +12,7 @@ from typing import Any
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGE, REPORTS = DOCS / "evidence.md", DOCS / "evidence"
 LEAST = 0.001  # a smaller figure, such as a p value, is written as a power of ten
+SWEPT = ("freehand", "hands-on", "teleoperated")  # modes
 BLOCK = re.compile(r"<!-- (\w+) of ([\w-]+) -->\n.*?<!-- end -->", re.DOTALL)
 
 
@@ -102,6 +103,54 @@ def used(report: Mapping[str, Any]) -> str:
 
 
 def sweeps(report: Mapping[str, Any]) -> str:
+    """What moves by how much where an assumption has other values; one figure where nothing moves."""
+
+    def along(rows: list[Mapping[str, Any]], name: str, digits: int) -> str:
+        found = [f"{row[name]:.{digits}f}" for row in rows]
+        return found[0] if len(set(found)) == 1 else ", ".join(found)
+
+    lines = []
+    for one in report["sweeps"].values():
+        values = [valued(row) for row in one["rows"]]
+        errors = [along(one["rows"], f"{mode} error_mm", 2) for mode in SWEPT]
+        times = [along(one["rows"], f"{mode} time_s", 1) for mode in SWEPT]
+        rest = [along(one["rows"], "inspection_mm", 2), along(one["rows"], "order_share", 1)]
+        lines.append([one["what"], ", ".join(values), *errors, *times, *rest])
+    heads = ["Assumption", "Values", *(f"{mode}, mm" for mode in SWEPT), *(f"{mode}, s" for mode in SWEPT)]
+    return table([*heads, "inspection, mm", "order's share"], lines)
+
+
+def valued(row: Mapping[str, Any]) -> str:
+    """A value of a sweep, the assumed one in bold."""
+    value = row["value"]
+    words = {True: "yes", False: "no"}[value] if isinstance(value, bool) else f"{value:g}"
+    return f"**{words}**" if row["is_assumed"] else words
+
+
+def beyond(report: Mapping[str, Any]) -> str:
+    """Each anatomy, control and mode with what was measured."""
+    columns = list(dict.fromkeys(cell["column"] for cell in report["cells"]))
+    found: dict[tuple[str, str], dict[str, str]] = {}
+    for cell in report["cells"]:
+        value = "" if cell["ours"] is None else f"{cell['ours']:.2f}"
+        spread = "" if cell["sd_subjects"] is None else f" ± {cell['sd_subjects']:.2f}"
+        found.setdefault((cell["table"], cell["row"]), {})[cell["column"]] = value + spread
+    rows = [[anatomy, row, *(one.get(name, "") for name in columns)] for (anatomy, row), one in found.items()]
+    skipped = [f"\n\nLeft out: {name}, since {why}." for name, why in report["skipped"].items()]
+    return table(["Anatomy", "Control, mode", *columns], rows) + "".join(skipped)
+
+
+def sizes(report: Mapping[str, Any]) -> str:
+    """How large a study was."""
+    share = next((one for one in report["order_share"].values() if isinstance(one, dict)), None)
+    where = "" if share is None else f", {share['of']} laboratories"
+    return (
+        f"{report['subjects']} subjects, trials of each in a mode: {report['trials']}{where}, seed {report['seed']}: "
+        f"{report['cpu_s']:.0f} s of processor."
+    )
+
+
+def swept(report: Mapping[str, Any]) -> str:
     """Each assumption at other values: means of the swept subjects, of each arm in turn; nothing without sweeps."""
     rows = report.get("sweeps")
     if not rows:
@@ -125,7 +174,8 @@ def contradictions(report: Mapping[str, Any]) -> str:
 
 TABLES: Mapping[str, Callable[[Mapping[str, Any]], str]] = {
     "cells": cells, "fitted": fitted, "assumed": assumed, "order": order, "times": times,
-    "contradictions": contradictions, "compared": compared, "agrees": agrees, "used": used, "sweeps": sweeps,
+    "contradictions": contradictions, "compared": compared, "agrees": agrees, "used": used,
+    "sweeps": sweeps, "swept": swept, "beyond": beyond, "sizes": sizes,
 }  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Figures of docs/evidence.md from the traces in docs/evidence/li2007.json, as SVG beside it."""
+"""Figures of docs/evidence.md from the traces in docs/evidence/li2004.json and li2007.json, as SVG beside them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from benchmarks.plots import ACCENT, INK, MARK, SOFT, empty_figure
 from vfix_engine.robots import RobotModel
 from vfix_engine.study.experiment.apparatus import ROBOT
 
-REPORT = Path(__file__).resolve().parents[1] / "docs" / "evidence" / "li2007.json"
+REPORTS = Path(__file__).resolve().parents[1] / "docs" / "evidence"
 COLOURS = {"freehand": SOFT, "hands-on": ACCENT, "teleoperated": MARK}
 DASHES = {"freehand": "-", "hands-on": "-", "teleoperated": (0, (4, 1.5))}
 WIDTH, LEFT = 7.5, 0.75  # inches
@@ -33,7 +33,8 @@ Make = Callable[[Mapping[str, Any]], Figure]
 
 def drawn(report: Mapping[str, Any]) -> dict[str, str]:
     """Every figure as SVG by its file name; equal reports give equal text."""
-    return {f"li2007_{number}.svg": _svg(make(report["traces"])) for number, make in FIGURES.items()}
+    study = report["study"]
+    return {f"{study}_{number}.svg": _svg(make(report["traces"])) for number, make in FIGURES[study].items()}
 
 
 def inspection(traces: Mapping[str, Any]) -> Figure:
@@ -82,6 +83,24 @@ def errors(name: str, modes: Sequence[str], title: str) -> Make:
             trial = traces["trials"][mode]
             axes.plot(trial["t_s"], trial[name], color=COLOURS[mode], linestyle=DASHES[mode], linewidth=1.2, label=mode)
         axes.set(xlabel="time, s", ylabel="error, mm", xlim=(0.0, None), ylim=(0.0, None))
+        axes.legend(frameon=False, fontsize=8.5)
+        return figure
+
+    return make
+
+
+def along(modes: Sequence[str], title: str) -> Make:
+    """Figure 6 of Li 2004: the error of one trial in each mode along the path, the robot's by its encoders."""
+
+    def make(traces: Mapping[str, Any]) -> Figure:
+        below = "One trial of the simulated user; freehand by the tracker, hands-on by the encoders."
+        figure = empty_figure(WIDTH, 3.3, LEFT, title, below)
+        axes = _axes(figure, 0, 1, 3.3)
+        for mode in modes:
+            trial = traces["trials"][mode]
+            axes.plot(trial["progress_mm"], trial["seen_error_mm"], color=COLOURS[mode], linewidth=1.2, label=mode,
+                      linestyle="-" if mode == "hands-on" else (0, (4, 1.5)))  # fmt: skip
+        axes.set(xlabel="along the path, mm", ylabel="error, mm", xlim=(0.0, None), ylim=(0.0, None))
         axes.legend(frameon=False, fontsize=8.5)
         return figure
 
@@ -151,7 +170,11 @@ def velocities(revolute: bool, title: str) -> Make:
     return make
 
 
-FIGURES: Mapping[int, Make] = {
+OF_2004: Mapping[int, Make] = {
+    5: swept("hands-on", "The tool during path following with the robot"),
+    6: along(("freehand", "hands-on"), "Error along the path"),
+}
+OF_2007: Mapping[int, Make] = {
     7: inspection,
     8: swept("inspection", "The tool during target inspection"),
     9: swept("hands-on", "The tool during path following, hands-on"),
@@ -162,6 +185,7 @@ FIGURES: Mapping[int, Make] = {
     15: errors("seen_error_mm", ("freehand", "hands-on", "teleoperated"), "Error by the tracker"),
     16: paths("seen_mm", "seen_error_mm", ("freehand", "hands-on", "teleoperated"), "The tip by the tracker"),
 }
+FIGURES: Mapping[str, Mapping[int, Make]] = {"li2004": OF_2004, "li2007": OF_2007}
 
 
 def _axes(figure: Figure, place: int, of: int, height: float) -> Axes:
@@ -187,8 +211,10 @@ def _svg(figure: Figure) -> str:
 
 def main() -> int:
     """Write the figures."""
-    for name, text in drawn(json.loads(REPORT.read_text(encoding="utf-8"))).items():
-        (REPORT.parent / name).write_text(text, encoding="utf-8")
+    for study in FIGURES:
+        report = json.loads((REPORTS / f"{study}.json").read_text(encoding="utf-8"))
+        for name, text in drawn(report).items():
+            (REPORTS / name).write_text(text, encoding="utf-8")
     return 0
 
 

@@ -32,23 +32,26 @@ def test_a_report_has_the_printed_figures_and_the_stored_fit(study: str, printed
 
 def test_a_changed_report_changes_the_page(tmp_path: Path) -> None:
     page = (DOCS / "evidence.md").read_text(encoding="utf-8")
-    for name in ("li2004", "li2007", "kwok2013-1", "kwok2013-2"):
+    for name in ("li2004", "li2007", "li2007-beyond", "kwok2013-1", "kwok2013-2"):
         report = json.loads((DOCS / "evidence" / f"{name}.json").read_text(encoding="utf-8"))
         report["cells"][0]["ours"] += 0.5
         (tmp_path / f"{name}.json").write_text(json.dumps(report), encoding="utf-8")
     assert evidence.written(page, tmp_path) != page
 
 
-def test_the_figures_are_those_of_the_report_and_all_are_shown() -> None:
-    report = json.loads((DOCS / "evidence" / "li2007.json").read_text(encoding="utf-8"))
+@pytest.mark.parametrize(
+    ("study", "mode", "changed"), [("li2004", "hands-on", "li2004_6.svg"), ("li2007", "freehand", "li2007_15.svg")]
+)
+def test_the_figures_are_those_of_the_report_and_all_are_shown(study: str, mode: str, changed: str) -> None:
+    report = json.loads((DOCS / "evidence" / f"{study}.json").read_text(encoding="utf-8"))
     page = (DOCS / "evidence.md").read_text(encoding="utf-8")
     drawn = evidence_figures.drawn(report)
-    assert {file.name for file in (DOCS / "evidence").glob("li2007_*.svg")} == set(drawn)
+    assert {file.name for file in (DOCS / "evidence").glob(f"{study}_*.svg")} == set(drawn)
     for name, text in drawn.items():
         assert (DOCS / "evidence" / name).read_text(encoding="utf-8") == text, name
         assert f"(evidence/{name})" in page
-    report["traces"]["trials"]["freehand"]["seen_error_mm"][3] += 0.5
-    assert {name for name, text in evidence_figures.drawn(report).items() if text != drawn[name]} == {"li2007_15.svg"}
+    report["traces"]["trials"][mode]["seen_error_mm"][3] += 0.5
+    assert {name for name, text in evidence_figures.drawn(report).items() if text != drawn[name]} == {changed}
 
 
 @pytest.mark.parametrize(
@@ -77,3 +80,16 @@ def test_the_figure_of_kwok_2013_is_that_of_its_report() -> None:
         assert f"(evidence/{name})" in (DOCS / "evidence.md").read_text(encoding="utf-8")
     next(cell for cell in report["cells"] if cell["column"] == "with DAC")["ours"] *= 0.5
     assert evidence_kwok.drawn(report) != drawn
+
+
+def test_the_report_beyond_the_papers_is_of_both_anatomies_that_travel_and_keeps_the_margin() -> None:
+    report = json.loads((DOCS / "evidence" / "li2007-beyond.json").read_text(encoding="utf-8"))
+    assert {cell["kind"] for cell in report["cells"]} == {"predicted"}
+    assert {"phantom", "mirrored"} <= {cell["table"] for cell in report["cells"]}
+    assert report["fitted"] == Fitted.stored().to_dict()
+    kept = [
+        cell["ours"]
+        for cell in report["cells"]
+        if cell["column"] == "least distance to bone mm" and cell["row"] != "freehand"
+    ]
+    assert min(kept) >= report["margins_mm"]["bone"] - 1e-6

@@ -15,7 +15,7 @@ from app.commands import study_own
 from app.commands.counts import natural, positive
 from app.exchange.plan_files import write_export
 from app.exchange.runs.export import check_folder
-from vfix_engine.study.experiment import kwok2013_1, kwok2013_2, li2004, li2007
+from vfix_engine.study.experiment import beyond, kwok2013_1, kwok2013_2, li2004, li2007
 from vfix_engine.study.experiment.arms import QUICK_SUBJECTS
 from vfix_engine.study.experiment.kwok_figures import SUBJECTS as KWOK_SUBJECTS
 from vfix_engine.study.experiment.options import LABORATORIES, SUBJECTS, TRIALS, Options
@@ -45,6 +45,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         if name == "li2007":
             one.add_argument("--subjects", type=_several, default=SUBJECTS, help=f"default {SUBJECTS}; 2 at least")
             one.add_argument("--laboratories", type=positive, default=LABORATORIES, help="for the order's share")
+            one.add_argument("--beyond", action="store_true", help="our own parameters and other anatomies instead")
+            one.add_argument("--head", metavar="FOLDER", type=Path, help="of the real head's files, with --beyond")
         _add_common(one)
     for name, title in _KWOK.items():
         one = studies.add_parser(name, help=title, description=f"{title}, in three arms.")
@@ -82,11 +84,13 @@ def _run_paper(args: argparse.Namespace) -> int:
         trials=getattr(args, "trials", TRIALS),
         laboratories=getattr(args, "laboratories", LABORATORIES),
         workers=args.workers,
+        head=getattr(args, "head", None),
         scheduler=getattr(args, "scheduler", None),
         progress=_told(args.json),
     )
-    found = STUDIES[args.study](options)
-    if args.study == "li2007":  # beside the cells, which are the same for every run with a seed
+    beyond_paper = getattr(args, "beyond", False)
+    found = beyond.run(options) if beyond_paper else STUDIES[args.study](options)
+    if args.study == "li2007" and not beyond_paper:  # beside the cells, which are the same for every run with a seed
         found["times"] = measured_times(args.seed)
     now = os.times()
     used = sum(now[:4]) - sum(cpu[:4])
@@ -118,6 +122,8 @@ def _print_for_people(found: Mapping[str, Any]) -> None:
         name = f"{cell['table']} {cell['row']}, {cell['column']}"
         print(f"{name:<36.60}{_with(cell['paper'], cell['paper_sd']):>18}{_with(cell['ours'], cell['sd_subjects']):>20}"
               f"  {cell['kind']}{': ' + cell['note'] if cell['note'] else ''}")  # fmt: skip
+    for name, why in found.get("skipped", {}).items():
+        print(f"{name} is left out: {why}")
     for name, share in found["order_share"].items():
         if isinstance(share, dict):
             low, high = share["ci95"]

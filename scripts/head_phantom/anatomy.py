@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -58,8 +58,8 @@ class Head:
         return np.minimum(hard, self.thin_bone)
 
 
-def head(space: Space) -> Head:
-    """Return all tissues in a block of space."""
+def head(space: Space, septum_bend_mm: float = nose.SEPTUM_BEND_MM) -> Head:
+    """Return all tissues in a block of space; septum_bend_mm: see ``nose.Septum``."""
     vault = space.build(cranium.VAULT)
     outline = _outline(space, vault)
     teeth = space.build(jaws.TEETH, reach=3.0)
@@ -69,7 +69,7 @@ def head(space: Space) -> Head:
     skull, mandible = _sockets(space, skull, mandible, teeth, cavities)
     skull = without(skull, mandible - JOINT_SPACE, 1.0)
     vertebrae = space.build(neck.vertebrae(), reach=6.0) + np.float32(0.2) * space.fine
-    septum, turbinates, thin_bone = _septum_and_turbinates(space, cavities)
+    septum, turbinates, thin_bone = _septum_and_turbinates(space, cavities, septum_bend_mm)
     nostrils = space.build(nose.NOSTRILS, reach=6.0)
     ostia = space.build(sinuses.OSTIA, reach=3.0)
     eyes = space.build(soft.EYE, reach=6.0)
@@ -201,13 +201,14 @@ def _sockets(space: Space, skull: Field, mandible: Field, teeth: Field, cavities
     return union(skull, upper, 2.0), union(mandible, lower, 2.0)
 
 
-def _septum_and_turbinates(space: Space, cavities: Cavities) -> tuple[Field, Field, Field]:
+def _septum_and_turbinates(space: Space, cavities: Cavities, bend_mm: float) -> tuple[Field, Field, Field]:
     """Return septum and turbinates with their mucosa, and the thin bone in both."""
-    septum = space.build([Part("septum", nose.SEPTUM_WITH_MUCOSA)], reach=8.0)
+    bony, lined = (replace(one, bend_mm=bend_mm) for one in (nose.BONY_SEPTUM, nose.SEPTUM_WITH_MUCOSA))
+    septum = space.build([Part("septum", lined)], reach=8.0)
     mucosa = [Part(t.name, t.with_mucosa, 1.0, paired=True) for t in nose.TURBINATES]
     bone = [Part(t.name, t.bone, paired=True) for t in nose.TURBINATES]
     in_nose = cavities.nose - np.float32(0.8)  # rooted in the wall
-    thin = np.minimum(space.build([Part("septum", nose.BONY_SEPTUM)], reach=4.0), space.build(bone, reach=4.0))
+    thin = np.minimum(space.build([Part("septum", bony)], reach=4.0), space.build(bone, reach=4.0))
     thin = np.maximum(thin, in_nose) + np.float32(0.06) * space.fine
     return septum, space.build(mucosa, reach=4.0), thin
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from head_phantom.anatomy import Head, head
 from head_phantom.blending import Field
 from head_phantom.hounsfield import hounsfield_units
+from head_phantom.parts.nose import SEPTUM_BEND_MM
 from head_phantom.shapes import Box
 from head_phantom.space import HIGH, LOW, Space, Unevenness
 from vfix_engine.errors import ImageError
@@ -21,16 +22,20 @@ _SLAB = 14.0  # [mm] generated at a time, to bound the memory
 _ROUND_OFF = 1e-6  # [voxel]
 
 
-def generate(spacing_mm: float, box: Box | None = None) -> Volume:
+def generate(spacing_mm: float, box: Box | None = None, septum_bend_mm: float = SEPTUM_BEND_MM) -> Volume:
     """Return a CT of the head without noise, int16 HU.
 
     box: (low, high) LPS corners [mm]; None for the whole head. Voxel centres are at multiples of the spacing from the
     corner of the whole head, so that a part has the same voxels as the whole.
+    septum_bend_mm: of ``parts.nose.Septum``.
 
     Raises ImageError for a spacing that is not in 0.2-5 mm or a box outside the head.
     """
     grid = grid_axes(spacing_mm, box)
-    slabs = [np.clip(np.rint(hu), -1024, 3071).astype(np.int16) for hu in _by_slab(grid, spacing_mm, hounsfield_units)]
+    slabs = [
+        np.clip(np.rint(hu), -1024, 3071).astype(np.int16)
+        for hu in _by_slab(grid, spacing_mm, hounsfield_units, septum_bend_mm)
+    ]
     origin = np.array([axis[0] for axis in grid])
     return Volume(np.concatenate(slabs), origin, np.full(3, spacing_mm), np.eye(3))
 
@@ -57,11 +62,14 @@ def grid_axes(spacing_mm: float, box: Box | None) -> tuple[npt.NDArray[np.float6
 
 
 def _by_slab(
-    grid: tuple[npt.NDArray[np.float64], ...], spacing: float, make: Callable[[Head, Space, float], Field]
+    grid: tuple[npt.NDArray[np.float64], ...],
+    spacing: float,
+    make: Callable[[Head, Space, float], Field],
+    septum_bend_mm: float = SEPTUM_BEND_MM,
 ) -> Iterator[Field]:
     x, y, z = grid
     unevenness = Unevenness.seeded(SEED)
     thickness = max(int(_SLAB / spacing), 2)
     for start in range(0, len(z), thickness):
         space = Space(x, y, z[start : start + thickness], unevenness)
-        yield make(head(space), space, spacing)
+        yield make(head(space, septum_bend_mm), space, spacing)

@@ -32,7 +32,7 @@ _FLAT = 0.05  # [mm]
 _COORDINATE_STEP = 2.0**-10  # [mm] vertices are rounded to this, so that the files compress better
 
 
-def bone_around_nose(ct: Volume) -> tuple[TriangleMesh, SurfaceReport]:
+def bone_around_nose(ct: Volume, triangles: int = NOSE_TRIANGLES) -> tuple[TriangleMesh, SurfaceReport]:
     """Return the bone surface of the nose box at the bone threshold, and its error against the CT's own surface.
 
     The surface is closed flat where the box cuts bone. Small components, and parts that thinning moves too far, are
@@ -41,7 +41,7 @@ def bone_around_nose(ct: Volume) -> tuple[TriangleMesh, SurfaceReport]:
     padded = np.pad(ct.hu, 1, constant_values=AIR_HU)
     closed = Volume(padded, ct.origin - ct.spacing, ct.spacing, ct.direction)
     whole = extract_surface(closed)
-    thinned = _rounded(collapsed(clean(_in_one_piece(closed), _SMALLEST_BODY).mesh, NOSE_TRIANGLES))
+    thinned = _rounded(collapsed(clean(_in_one_piece(closed), _SMALLEST_BODY).mesh, triangles))
     exact = within(whole, thinned, BONE_TOLERANCE_MM)
     certified = (exact.certified_mm or 0.0) + _COORDINATE_STEP  # restored parts are rounded as well
     report = SurfaceReport(

@@ -43,6 +43,8 @@ class Person:
         picture). dead_band: share of full deflection below which an axis of the device says 0 (assumed).
     learning: exponent of the power law of practice (Newell & Rosenbloom 1981; the size is assumed): of slowness and
         errors of the first trial, (n + 1)^-learning is left in trial n.
+    tiring: share by which each trial makes the next one slower, and its errors and tremor larger; 0, as the subjects
+        of Li 2007 rested for one or two minutes between trials (assumed).
 
     Raises:
         InputError: a value is negative or not finite, or a time or length that divides is 0.
@@ -65,6 +67,7 @@ class Person:
     device_aim_rad: float = float(np.radians(30.0))
     dead_band: float = 0.15
     learning: float = 0.06
+    tiring: float = 0.0
 
     def __post_init__(self) -> None:
         for name, value in self.__dict__.items():
@@ -93,9 +96,11 @@ class Person:
         )
 
     def practised(self, trial: int) -> Person:
-        """The same person in trial 0, 1, …: faster, and wrong by less."""
-        left = (trial + 1) ** -self.learning
+        """The same person in trial 0, 1, …: faster, and wrong by less, but for what tires."""
+        tired = 1.0 + self.tiring * trial
+        left = (trial + 1) ** -self.learning * tired
         less = {name: left * getattr(self, name) for name in _PRACTISED_ERRORS}
+        less["tremor_mm"] = tired * self.tremor_mm
         return replace(self, **less, **{name: getattr(self, name) / left for name in _PRACTISED_SPEEDS})
 
 

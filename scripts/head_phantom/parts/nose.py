@@ -34,6 +34,8 @@ _PROFILE = (
     (53.5, 22), (50, 33), (44, 38.5), (30, 42), (18, 44), (11, 42.5), (6, 38), (2, 32.5), (-2, 26.5), (-6, 19),
 )  # fmt: skip
 
+SEPTUM_BEND_MM = 1.1
+
 
 @dataclass(frozen=True)
 class NasalCavity:
@@ -92,20 +94,25 @@ class PiriformRim:
 
 @dataclass(frozen=True)
 class Septum:
-    """A gently bent sheet in the midline, cut to an outline in the y-z plane; it may swell in one place."""
+    """A bent sheet in the midline, cut to an outline in the y-z plane; it may swell in one place.
+
+    bend_mm: largest deviation from its plane, to the left where positive.
+    """
 
     outline: Sequence[Pair]
     half_thickness: float
     swelling: float = 0.0
+    bend_mm: float = SEPTUM_BEND_MM
 
     @property
     def box(self) -> Box:
         """See Shape."""
-        return (-4, -10, -12), (4, 62, 48)
+        side = 2.9 + abs(self.bend_mm)
+        return (-side, -10, -12), (side, 62, 48)
 
     def distance(self, at: Points) -> Field:
         """See Shape."""
-        bend = 1.1 * np.sin((at.y - 8) / 16) * np.exp(-(((at.z - 18) / 14) ** 2)) - 1.15
+        bend = self.bend_mm * np.sin((at.y - 8) / 16) * np.exp(-(((at.z - 18) / 14) ** 2)) - 1.15
         swollen = self.swelling * np.exp(-(((at.y - 14) / 8) ** 2) - ((at.z - 24) / 7) ** 2)
         across = np.abs(at.x - bend) * 0.97 - self.half_thickness - swollen
         return intersection(across.astype(np.float32), polygon(at.y, at.z, self.outline), 1.0)

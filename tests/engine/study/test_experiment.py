@@ -12,8 +12,8 @@ import pytest
 
 from vfix_engine.errors import InputError
 from vfix_engine.study.experiment import apparatus as stored
-from vfix_engine.study.experiment import fit, li2004, li2007, paper_figures, trials
-from vfix_engine.study.experiment.apparatus import apparatus
+from vfix_engine.study.experiment import beyond, fit, li2004, li2007, paper_figures, sweeps, trials
+from vfix_engine.study.experiment.apparatus import ANATOMIES, apparatus
 from vfix_engine.study.experiment.figures import Recorded, figures_of
 from vfix_engine.study.experiment.fit import FIGURES, Fitted
 from vfix_engine.study.experiment.measured import ErrorSizes, off_path, session, true_frame_error
@@ -191,3 +191,71 @@ def test_figures_of_a_trial(hands: Trial) -> None:
     touching = np.where(np.arange(len(hands.tip)) % 100 < 10, -0.1, 1.0)
     assert trials.begun(touching < 0.0) == 6
     assert found["finished"] == 1.0
+
+
+def test_a_sweep_has_the_assumed_value_as_the_study_has_it(
+    recorded: dict[TrialKey, Recorded], small: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And other values move what they should: the device's speed the teleoperator's time, registration both errors."""
+    monkeypatch.setattr(sweeps, "LABORATORIES", 2)
+    monkeypatch.setattr(
+        sweeps, "SWEEPS", {name: sweeps.SWEEPS[name] for name in ("registration", "device_n", "tiring")}
+    )
+    found = sweeps.swept(recorded, Fitted.stored().sizes, SMALL)
+    cells = {(cell["table"], cell["row"], cell["column"]): cell["ours"] for cell in small["cells"]}
+    for one in found.values():
+        (assumed,) = [row for row in one["rows"] if row["is_assumed"]]
+        assert assumed["hands-on error_mm"] == pytest.approx(cells["II", "Hands-on", "error mm"])
+        assert assumed["teleoperated time_s"] == pytest.approx(cells["II", "Remote", "time s"])
+    noise = [row["teleoperated error_mm"] for row in found["registration"]["rows"]]
+    assert noise == sorted(noise)
+    times = [row["teleoperated time_s"] for row in found["device_n"]["rows"]]
+    assert times == sorted(times, reverse=True)
+    assert len({row["hands-on time_s"] for row in found["device_n"]["rows"]}) == 1
+
+
+def test_what_tires_makes_later_trials_slower_and_the_hand_unsteady() -> None:
+    fresh, tired = Person(), Person(tiring=0.1)
+    assert fresh.practised(4).force_n > tired.practised(4).force_n
+    assert tired.practised(4).tremor_mm == pytest.approx(1.4 * fresh.tremor_mm)
+    assert tired.practised(0) == tired
+
+
+@pytest.mark.parametrize("anatomy", ANATOMIES[:-1])
+def test_an_anatomy_is_frozen_with_its_bone_and_structures(anatomy: str) -> None:
+    around = apparatus("protected", anatomy)
+    assert [zone.name for zone in around.scene.zones] == [zone.name for zone in around.structures]
+    assert len(around.structures) == 2
+    assert around.scene.printed is None
+    assert around.settings.dt_s == pytest.approx(0.02)
+
+
+def test_a_compensated_robot_bends_less_off_the_path() -> None:
+    """The hand's force is known and compensated; its weight is not."""
+    key, person = TrialKey(1, 0, 0, "hands-on"), Fitted.stored().person
+    bent = replace(NONE, compliance_mm_per_n=0.1, weight_n=0.0)
+    off = [true_frame_error(run_trial(key, person, variant), bent, 1).mean() for variant in ("ours", "compensated")]
+    assert off[1] < 0.5 * off[0]
+
+
+def test_the_real_head_is_left_out_and_said_so() -> None:
+    anatomies, skipped = beyond._anatomies(Options())
+    assert anatomies == ANATOMIES[:-1]
+    assert "--head" in skipped["head"]
+    named = beyond._anatomies(Options(head=stored.FOLDER))[1]["head"]
+    assert "corridor.json" in named
+
+
+def test_beyond_the_paper_every_control_has_its_cells(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(beyond, "ANATOMIES", ("mirrored", "head"))
+    found = beyond.run(Options(seed=1, subjects=2, trials=1))
+    rows = {(cell["table"], cell["row"]) for cell in found["cells"]}
+    assert len(rows) == 1 + 4 * 2
+    assert {(cell["kind"], cell["paper"]) for cell in found["cells"]} == {("predicted", None)}
+    ours = {(cell["table"], cell["row"], cell["column"]): cell["ours"] for cell in found["cells"]}
+    for control in ("ours", "compensated", "protected"):
+        assert (
+            ours["mirrored", f"{control}, hands-on", "least distance to bone mm"] >= found["margins_mm"]["bone"] - 1e-6
+        )
+    assert ours["mirrored", "protected, hands-on", "least distance to structures mm"] >= 1.0 - 1e-3
+    json.dumps(found, allow_nan=False)

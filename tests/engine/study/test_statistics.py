@@ -49,6 +49,24 @@ def test_the_correction_of_holm_in_r() -> None:
     np.testing.assert_allclose(holm([0.04, np.nan, 0.001, 0.6]), [0.08, np.nan, 0.003, 0.6])
 
 
+@pytest.mark.parametrize(
+    ("count", "of", "low", "high"),
+    [(81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611), (1, 29, 0.0061, 0.1718)],
+)
+def test_intervals_of_shares_that_are_published(count: int, of: int, low: float, high: float) -> None:
+    """Newcombe 1998, Table I, method 3; R: prop.test(count, of, correct = FALSE)."""
+    assert share_interval(count, of) == pytest.approx((low, high), abs=5e-5)
+
+
+def test_signed_ranks_without_ties_are_those_of_scipy() -> None:
+    random = np.random.default_rng(11)
+    for n in (6, 10, 25):
+        d = random.normal(0.4, 1.0, n)
+        assert pairs({"a": d, "b": np.zeros(n)})["a - b"].p_wilcoxon == pytest.approx(
+            float(stats.wilcoxon(d, method="exact").pvalue)
+        )
+
+
 def test_the_power_in_r() -> None:
     """R: power.t.test(n = 20, delta = 1, sd = 2, type = "paired", strict = TRUE) is 0.5644."""
     assert power(0.5, 20) == pytest.approx(0.5645, abs=2e-4)

@@ -21,6 +21,7 @@ from .figures import Recorded, figures_of
 from .fit import Fitted
 from .options import Options
 from .paper_figures import CONTRADICTIONS, LI_2004
+from .traces import traces
 from .trials import Mode, TrialKey, run_trial, seeds
 
 TRIALS = 5  # as printed
@@ -42,13 +43,14 @@ def run(options: Options) -> dict[str, Any]:
         options.progress(next(done) / len(wanted))
 
     recorded = run_all(record, wanted, options.workers, tell)
-    cells = []
+    cells: list[Cell] = []
+    shown: dict[str, Any] = {}
     for mode, row in (("freehand", "freehand"), ("hands-on", "robot")):
         sizes = fitted.sizes if mode == "freehand" else fitted.sizes.by_encoders()
-        trials = [one for key, one in recorded.items() if key.mode == mode]
-        found = [
-            figures_of(Recorded.of(one.trial, sizes), sizes, options.seed + number) for number, one in enumerate(trials)
-        ]
+        trials = {key: Recorded.of(one.trial, sizes) for key, one in recorded.items() if key.mode == mode}
+        found = [figures_of(one, sizes, options.seed + number) for number, one in enumerate(trials.values())]
+        drawn = traces(trials, sizes, options.seed)
+        shown = drawn | {"trials": shown.get("trials", {}) | drawn["trials"]}
         cells += [
             _cell(f"{row} error", float(np.mean([one["true_error_mm"] for one in found])), "fitted", len(found)),
             _cell(f"{row} time", float(np.mean([one["time_s"] for one in found])), "fitted", len(found)),
@@ -59,7 +61,7 @@ def run(options: Options) -> dict[str, Any]:
     return report(
         "li2004", options.seed, cells, quick=options.quick, fitted=fitted.to_dict(), assumed=assumed, order_share={},
         pairs={}, apparatus=apparatus().version,
-        more={"trials": options.trials, "contradictions": list(CONTRADICTIONS)},
+        more={"trials": options.trials, "contradictions": list(CONTRADICTIONS), "traces": shown},
     )  # fmt: skip
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -14,36 +13,22 @@ import numpy as np
 from ...arrays import Array
 from ..error_chain.chain import FLE_MM
 from ..farm import run_all
-from ..statistics import PairedTest, pairs, share_interval
+from ..statistics import PairedTest, pairs
 from .apparatus import apparatus
 from .cells import Cell, Kind, by_subject, report
-from .figures import Recorded, figures_of, means, table
+from .figures import Recorded, figures_of, means
 from .fit import Fitted, with_servo
+from .laboratories import MODES, keys, order_shares, record, tables
 from .li2004 import bead_residual
 from .measured import ErrorSizes
 from .options import TRIALS, Options
 from .paper_figures import CONTRADICTIONS, LI_2007
 from .papers_program import THRESHOLD_MM, counted
+from .sweeps import swept
 from .traces import traces
-from .trials import Mode, TrialKey, run_trial, subject_of
+from .trials import TrialKey
 
-MODES: tuple[Mode, ...] = ("freehand", "hands-on", "teleoperated")
-_APART = 1_000_003  # between the seeds of two laboratories
 _NEVER_FITTED = "the engine's control law leaves less than any servo; unexplained without the servo's variant"
-
-Rows = dict[tuple[int, int], dict[str, float]]
-
-
-def record(key: TrialKey) -> Recorded:
-    """Run one trial of a subject of the fitted people."""
-    fitted = Fitted.stored()
-    trial = run_trial(key, subject_of(key, fitted.person))
-    return Recorded.of(trial, fitted.sizes)
-
-
-def figures_in_own(key: TrialKey) -> dict[str, float]:
-    """Run one trial, and return its figures in the laboratory with its study's seed."""
-    return figures_of(record(key), Fitted.stored().sizes, key.study)
 
 
 def run(options: Options) -> dict[str, Any]:
@@ -59,10 +44,10 @@ def evaluated(recorded: Mapping[TrialKey, Recorded], options: Options) -> dict[s
     """The report on recorded trials."""
     fitted = Fitted.stored()
     sizes = fitted.sizes
-    found = _tables(recorded, options, functools.partial(figures_of, sizes=sizes, laboratory=options.seed))
+    found = tables(recorded, options, functools.partial(figures_of, sizes=sizes, laboratory=options.seed))
     hands = [one.trial for key, one in recorded.items() if key.mode == "hands-on"]
     servo = with_servo(sizes, hands, options.seed)
-    in_variant = _tables(recorded, options, functools.partial(figures_of, sizes=servo, laboratory=options.seed))
+    in_variant = tables(recorded, options, functools.partial(figures_of, sizes=servo, laboratory=options.seed))
     compared = {
         "true_error_mm": pairs({mode: means(found[mode]["true_error_mm"]) for mode in MODES}),
         "robot_error_mm": pairs({mode: means(found[mode]["robot_error_mm"]) for mode in MODES[1:]}),
@@ -78,17 +63,12 @@ def evaluated(recorded: Mapping[TrialKey, Recorded], options: Options) -> dict[s
         "servo_variant_mm": servo.servo_mm,
         "contradictions": list(CONTRADICTIONS),
         "traces": traces(recorded, sizes, options.seed),
-        "sweeps": {} if options.quick else _sweeps(recorded, sizes, options),
+        "sweeps": {} if options.quick else swept(recorded, sizes, options),
     }
     return report(
         "li2007", options.seed, cells, quick=options.quick, fitted=fitted.to_dict(), assumed=assumed,
-        order_share=_laboratories(recorded, sizes, options), pairs=compared, apparatus=apparatus().version, more=more,
+        order_share=order_shares(recorded, sizes, options), pairs=compared, apparatus=apparatus().version, more=more,
     )  # fmt: skip
-
-
-def keys(seed: int, subjects: int, trials: int, modes: Sequence[Mode] = MODES) -> list[TrialKey]:
-    """The trials of a study."""
-    return [TrialKey(seed, *one) for one in itertools.product(range(subjects), range(trials), modes)]
 
 
 def recorded_trials(options: Options) -> dict[TrialKey, Recorded]:
@@ -102,16 +82,6 @@ def recorded_trials(options: Options) -> dict[TrialKey, Recorded]:
         options.progress(share * next(done) / len(wanted))
 
     return run_all(record, wanted, options.workers, tell)
-
-
-def _tables(
-    recorded: Mapping[TrialKey, Recorded], options: Options, figures: Callable[[Recorded], dict[str, float]]
-) -> dict[str, dict[str, Array]]:
-    rows: dict[str, Rows] = {mode: {} for mode in MODES}
-    for key, one in recorded.items():
-        if key.mode in rows:
-            rows[key.mode][key.subject, key.trial] = figures(one)
-    return {mode: table(one, options.subjects, options.trials) for mode, one in rows.items()}
 
 
 def _cell(name: str, ours: float, sd: float | None, kind: Kind, n: int | None, note: str = "") -> Cell:
@@ -206,80 +176,3 @@ def _said(found: Mapping[str, Mapping[str, Array]]) -> list[Cell]:
         _cell("said second half", float(later.mean()), None, "predicted", len(later)),
         _cell("said contacts", float(np.nansum(robots)), None, "predicted", len(faster)),
     ]
-
-
-def _laboratories(recorded: Mapping[TrialKey, Recorded], sizes: ErrorSizes, options: Options) -> dict[str, Any]:
-    """In how many laboratories the paper's order of the modes came out, and significantly.
-
-    Quick: the error chain is drawn anew on one set of trials; else every laboratory has its own people and trials.
-    """
-    orders, significant, wrong, fastest = 0, 0, 0, 0
-    for number in range(options.laboratories):
-        seed = options.seed + _APART * number
-        if options.quick or number == 0:
-            found = _tables(recorded, options, functools.partial(figures_of, sizes=sizes, laboratory=seed))
-        else:
-            wanted = keys(seed, options.subjects, options.trials)
-            values = run_all(figures_in_own, wanted, options.workers)
-            rows: dict[str, Rows] = {mode: {} for mode in MODES}
-            for key, one in values.items():
-                rows[key.mode][key.subject, key.trial] = one
-            found = {mode: table(one, options.subjects, options.trials) for mode, one in rows.items()}
-            options.progress((number + 1) / options.laboratories)
-        true: dict[str, Array] = {mode: means(found[mode]["true_error_mm"]) for mode in MODES}
-        free, hands, far = (float(true[mode].mean()) for mode in MODES)
-        compared = pairs(true)["hands-on - teleoperated"]
-        orders += free > hands > far
-        significant += free > hands > far and compared.p_t_holm < 0.05
-        wrong += hands < far and compared.p_t_holm < 0.05
-        times = {mode: float(means(found[mode]["time_s"]).mean()) for mode in MODES}
-        fastest += min(times, key=lambda mode: times[mode]) == "hands-on"
-    of = options.laboratories
-
-    def share(count: int) -> dict[str, Any]:
-        return {"count": count, "of": of, "share": count / of, "ci95": list(share_interval(count, of))}
-
-    return {
-        "laboratories": "error chain drawn anew on one set of trials"
-        if options.quick
-        else "own people and trials each",
-        "freehand > hands-on > teleoperated": share(orders),
-        "the same, hands-on > teleoperated at 5 % (Holm)": share(significant),
-        "hands-on < teleoperated at 5 % (Holm)": share(wrong),
-    } | ({} if options.quick else {"hands-on fastest": share(fastest)})  # quick: one set of times for all
-
-
-SWEEPS: Mapping[str, tuple[Any, ...]] = {
-    "compliance_mm_per_n": (0.0, 0.05, 0.1, 0.2, 0.3),
-    "weight_n": (0.0, 1.5, 3.0),
-    "backlash_mm": (0.0, 0.2, 0.4),
-    "tracker_mm": (0.0, 0.1, 0.2),
-    "by_subject": (True, False),
-}
-
-
-def _sweeps(recorded: Mapping[TrialKey, Recorded], sizes: ErrorSizes, options: Options) -> dict[str, Any]:
-    """Table II's errors of the robot's modes, and the order's share, for other sizes of what is assumed.
-
-    The fitted sizes stay: what a sweep shows is how much of a cell rests on an assumption.
-    """
-    swept: dict[str, Any] = {}
-    quick = replace(options, quick=True)
-    for name, values in SWEEPS.items():
-        swept[name] = []
-        for value in values:
-            changed = replace(sizes, **{name: value})
-            again = recorded
-            if name.startswith("backlash"):
-                again = {key: Recorded.of(one.trial, changed) for key, one in recorded.items()}
-            found = _tables(again, options, functools.partial(figures_of, sizes=changed, laboratory=options.seed))
-            shares = _laboratories(again, changed, quick)
-            swept[name].append(
-                {
-                    "value": value,
-                    "hands-on": by_subject(found["hands-on"]["true_error_mm"])[0],
-                    "teleoperated": by_subject(found["teleoperated"]["true_error_mm"])[0],
-                    "order_share": shares["freehand > hands-on > teleoperated"]["share"],
-                }
-            )
-    return swept

@@ -21,7 +21,7 @@ from ...arrays import Array
 from ..error_chain import ErrorChain
 from ..error_chain.stages import EncoderError, RegistrationError
 from ..error_chain.true_tool import Sample, TrueTool
-from .apparatus import apparatus
+from .apparatus import PAPERS, StudyCase, apparatus
 from .trials import MODES, Trial, seeds
 
 STATION_MM = 0.02  # of the polyline that stands for the path when distances are measured
@@ -59,15 +59,15 @@ SERVO_TRAVEL_MM = 5.0  # assumed: of stick and slip
 
 
 @functools.cache
-def _stations() -> tuple[cKDTree, Array]:
-    path = apparatus().path
+def _stations(case: StudyCase) -> tuple[cKDTree, Array]:
+    path = apparatus(*case).path
     places = path.position(np.linspace(0.0, path.length, round(path.length / STATION_MM)))
     return cKDTree(places), places
 
 
-def off_path(points: Array) -> Array:
-    """Distances (n,) of points (n, 3) to the reference curve."""
-    tree, places = _stations()
+def off_path(points: Array, case: StudyCase = PAPERS) -> Array:
+    """Distances (n,) of points (n, 3) to the reference curve of a case."""
+    tree, places = _stations(case)
     nearest = tree.query(points)[1]
     found = np.full(len(points), np.inf)
     for first in (nearest - 1, nearest):  # the two parts of the polyline that meet there
@@ -78,12 +78,12 @@ def off_path(points: Array) -> Array:
     return found
 
 
-def session(sizes: ErrorSizes, study: int, subject: int) -> RegistrationError:
-    """T_session of a subject's session in the laboratory of a study."""
+def session(sizes: ErrorSizes, study: int, subject: int, case: StudyCase = PAPERS) -> RegistrationError:
+    """T_session of a subject's session in the laboratory of a study, with a case."""
     number = subject if sizes.by_subject else 0
     random = np.random.default_rng(seeds(study, number, 0, _SESSION))
     shift, turn = random.standard_normal((2, 3))
-    target = apparatus().scene.targets[0]
+    target = apparatus(*case).scene.targets[0]
     return RegistrationError(_triple(sizes.shift_mm * shift), _triple(sizes.turn_rad * turn), _triple(target))
 
 
@@ -91,7 +91,7 @@ def played(trial: Trial, sizes: ErrorSizes) -> Array:
     """The tip (n, 3) behind the play of the joints; of a free hand the tip itself."""
     if not trial.q.shape[1] or not (sizes.backlash_mm or sizes.backlash_rad):
         return trial.tip
-    around = apparatus()
+    around = apparatus(*trial.case)
     chain = ErrorChain(encoders=EncoderError(backlash_mm=sizes.backlash_mm, backlash_rad=sizes.backlash_rad))
     tool, none = TrueTool(chain, around.scene.tool, around.scene.placed_robot()), np.zeros(3)
     turned = np.eye(3)
@@ -113,7 +113,7 @@ def robot_frame_error(trial: Trial, sizes: ErrorSizes, study: int) -> Array:
     knots = np.arange(0.0, travel[-1] + 2 * SERVO_TRAVEL_MM, SERVO_TRAVEL_MM)
     values = random.standard_normal((len(knots), 3)) / np.sqrt(3.0)
     off = np.column_stack([np.interp(travel, knots, values[:, axis]) for axis in range(3)])
-    return off_path(trial.tip + sizes.servo_mm * off)
+    return off_path(trial.tip + sizes.servo_mm * off, trial.case)
 
 
 def tracked(trial: Trial, sizes: ErrorSizes, study: int, behind_play: Array | None = None) -> Array:
@@ -125,7 +125,7 @@ def tracked(trial: Trial, sizes: ErrorSizes, study: int, behind_play: Array | No
     tip = played(trial, sizes) if behind_play is None else behind_play
     if trial.q.shape[1]:
         force = trial.force + np.array([0.0, sizes.weight_n, 0.0]) * trial.force.any(axis=1, keepdims=True)
-        motion = session(sizes, study, key.subject).transform
+        motion = session(sizes, study, key.subject, trial.case).transform
         tip = (tip + sizes.compliance_mm_per_n * force) @ motion[:3, :3].T + motion[:3, 3]
     random = np.random.default_rng(seeds(study, key.subject, key.trial + 1, _TRACKER, MODES.index(key.mode)))
     return np.asarray(tip + sizes.tracker_mm * random.standard_normal(tip.shape))
@@ -135,8 +135,8 @@ def true_frame_error(trial: Trial, sizes: ErrorSizes, study: int, behind_play: A
     """Errors (n,) by the tracker, of a trial in the laboratory of a study; behind_play: as of ``tracked``."""
     seen = tracked(trial, sizes, study, behind_play)
     if trial.key.mode == "inspection":
-        return np.asarray(np.linalg.norm(seen - apparatus().scene.targets[0], axis=1))
-    return off_path(seen)
+        return np.asarray(np.linalg.norm(seen - apparatus(*trial.case).scene.targets[0], axis=1))
+    return off_path(seen, trial.case)
 
 
 def _triple(values: Array) -> tuple[float, float, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 SUBJECTS, TRIALS, LOOKS = 10, 5, 10  # as printed (Li 2007, sections V.D and V.F)
 LABORATORIES = 30
@@ -15,6 +16,7 @@ class Options:
 
     looks: trials of target inspection. quick: one set of trials for all laboratories, and no sweeps.
     workers: processes; scheduler: address of a Dask scheduler instead, 'tcp://…'; of the studies of Kwok 2013 alone.
+    head: folder of the real head, of the study beyond the papers.
     progress: called with the completed fraction, 0 … 1; an exception from it ends the study.
     """
 
@@ -26,4 +28,5 @@ class Options:
     laboratories: int = LABORATORIES
     workers: int = 1
     scheduler: str | None = None
+    head: Path | None = None
     progress: Callable[[float], object] = bool

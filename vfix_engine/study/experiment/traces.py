@@ -22,9 +22,10 @@ def traces(recorded: Mapping[TrialKey, Recorded], sizes: ErrorSizes, laboratory:
     """The first trial of the first subject in each mode, and the path in the same plane.
 
     path: (m, 2) in mm, in the plane of the path as ``PathPlane.flat``; target: (2,) there. trials: by mode, with
-    ``t_s``, and of n samples: ``flat_mm`` (n, 2) of the tip by encoders, ``seen_mm`` (n, 2) by the tracker,
-    ``error_mm`` by encoders, ``seen_error_mm`` by the tracker, ``speed`` (7, n) of the joints in mm/s and rad/s, and of
-    inspection ``off_mm`` and ``seen_off_mm`` (n, 3), from the target. tool: (p, k, 2) axis of the tool in p poses.
+    ``t_s`` and of n samples: ``progress_mm`` along the path, ``flat_mm`` (n, 2) of the tip by encoders, ``seen_mm``
+    (n, 2) by the tracker, ``error_mm`` by encoders, ``seen_error_mm`` by the tracker, ``speed`` (7, n) of the joints in
+    mm/s and rad/s, and of inspection ``off_mm`` and ``seen_off_mm`` (n, 3), from the target. tool: (p, k, 2) axis of
+    the tool in p poses.
     """
     path, target = apparatus().path, apparatus().scene.targets[0]
     plane = PathPlane.of(path)
@@ -43,6 +44,7 @@ def _trace(recorded: Recorded, plane: PathPlane, sizes: ErrorSizes, laboratory: 
     seen = tracked(trial, sizes, laboratory, recorded.behind_play)
     found: dict[str, Any] = {
         "t_s": _plain((rows + 1) * trial.dt_s),
+        "progress_mm": _plain(trial.progress_mm[rows]),
         "flat_mm": _plain(plane.flat(trial.tip[rows])),
         "seen_mm": _plain(plane.flat(seen[rows])),
         "seen_error_mm": _plain(true_frame_error(trial, sizes, laboratory, recorded.behind_play)[rows]),
