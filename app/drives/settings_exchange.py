@@ -81,8 +81,12 @@ class SettingsExchange:
         return self._next()
 
     def _stays(self, name: str) -> str:
-        bound = self.in_force.bounds()[name]
-        return f"{bound.label} stays at {self.in_force.to_dict()[name]:g} {bound.unit}".rstrip()
+        bound, value = self.in_force.bounds()[name], self.in_force.to_dict()[name]
+        return (
+            f"{bound.label} stays as it is"
+            if value is None
+            else f"{bound.label} stays at {value:g} {bound.unit}".rstrip()
+        )
 
     @property
     def accepted(self) -> dict[str, float]:

@@ -20,7 +20,7 @@ from app.plans.versions import PlanVersions
 from app.plans.zones import PlanZone
 from app.store import Store
 from app.store.models import CaseRow
-from vfix_engine.errors import PlanError
+from vfix_engine.errors import InputError, PlanError
 from vfix_engine.robots import robot_from_urdf
 
 __all__ = ["Plan", "PlanContent", "PlanFile", "PlanPoint", "PlanService", "PlanTitle"]
@@ -96,6 +96,11 @@ class PlanService:
         """Make a plan of a case; empty unless a content is given. numbered: as of `Documents.create`."""
         return self.documents.create(case_id, name, content, document_id=plan_id, numbered=numbered)
 
+    def refuse_lumen(self, case_id: str) -> None:
+        """Raise InputError for a case in which no tool is planned, NotFound for one that is not there."""
+        if self.cases.get(case_id).kind == "lumen":
+            raise InputError("a plan leads a tool through a head, and this case is a lumen; make a route instead.")
+
     def add_file(self, case_id: str, file: PlanFile, *, name: str | None = None, other_case: bool = False) -> Plan:
         """Make a plan out of an imported file. `name` wins over the file's; a name of another plan gets a number.
 
@@ -103,6 +108,7 @@ class PlanService:
         robot's placement and the registration are dropped then. Raises RobotError for a tool, its shape or a robot that
         cannot be.
         """
+        self.refuse_lumen(case_id)
         content = file.content
         shaped_tool(content.tool, **content.tool_shape)
         self._keep_urdf(file)

@@ -6,15 +6,16 @@ from typing import Any
 
 from app.documents import DocumentKind
 from app.imaging.label_document import LABEL
+from app.lumen.document import ROUTE
 from app.plans.document import PLAN
 from app.plans.versions import VERSION
 from app.registration.document import RegistrationContent
 from app.registration.fit_report import inconsistency
 from app.registration.kind import REGISTRATION
 
-KINDS: dict[str, DocumentKind[Any]] = {kind.name: kind for kind in (PLAN, VERSION, REGISTRATION, LABEL)}
+KINDS: dict[str, DocumentKind[Any]] = {kind.name: kind for kind in (PLAN, VERSION, REGISTRATION, LABEL, ROUTE)}
 
-NUMBERED = (PLAN.name, REGISTRATION.name)
+NUMBERED = (PLAN.name, REGISTRATION.name, ROUTE.name)
 """Kinds with unique names: on import a second document of the same name gets a number."""
 
 

@@ -14,7 +14,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from sqlalchemy import select
 
-from app.cases.files import ASSET, PHANTOM_CT, STORED, CaseFiles, surface_arrays, volume_arrays
+from app.cases.files import PHANTOM_CT, STORED, CaseFiles, surface_arrays, volume_arrays
 from app.cases.model import Case
 from app.cases.service import CaseService
 from app.drives.runs import RunService
@@ -164,7 +164,7 @@ class ArchiveWriter:
         found: filled with the paths by source, including a partly written file; the caller deletes them.
         """
         files: CaseFiles = self._cases.files
-        surfaces = [one.source for one in case.surfaces if one.source.startswith(ASSET)]
+        surfaces = [one.source for one in case.surfaces if not one.source.startswith(STORED)]
         for source in [*surfaces, *(one.source for one in case.volumes if one.source in PHANTOM_CT)]:
             shipped = source in surfaces
             values = surface_arrays(files.surface(source)) if shipped else volume_arrays(files.volume(source))

@@ -30,6 +30,7 @@ class CreatePlan(Creation, frozen=True):
     copy_of: Identifier | None = None
 
     def create(self, context: Plans, case_id: str) -> StoredPlan:
+        context.service.refuse_lumen(case_id)
         if self.copy_of is not None:
             if context.documents.title(self.copy_of).case_id != case_id:
                 raise PlanError("the plan to copy belongs to another case.")

@@ -16,7 +16,7 @@ from app.drives.view import FREE, details_section
 from app.kit.errors import NotFound
 from app.kit.kept import Same
 from app.lumen.document import StoredRoute
-from app.lumen.tasks import TaskName, tasks_in
+from app.lumen.tasks import TaskChoice, TaskName, tasks_in
 from app.messages.fields import ClientMessage
 from app.messages.sections import Section, Sections
 from app.scene.lumen import PathwayNodes
@@ -38,6 +38,7 @@ from vfix_engine.worlds.snake.requests import ChooseJoint, LookRound
 from vfix_engine.worlds.snake.snapshot import SnakeSnapshot
 
 KIND = "route"
+BOUNDS = frozenset(("bound_mm", "tip_bound_mm"))  # settings that a drive of the page keeps from its begin to its end
 _GHOST = 0.25  # opacity of a control bend
 
 
@@ -113,11 +114,26 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
                     )
                 )
             case c.ChooseTask():
-                self._choose(replace(self.options, task=chosen_task(command)))
+                self._choose(replace(self.options, task=self._possible(chosen_task(command))))
+            case drives.SetDriveSettings() if not BOUNDS.isdisjoint(command.values):
+                raise ControlError("bounds are those of a whole drive; choose them in Values by link.")
             case c.ShowBends():
                 self._shows_bends = command.on
             case _:
                 super().handle(command)
+
+    def _possible(self, task: TaskChoice | None) -> TaskChoice | None:
+        """Raises ControlError for a task that cannot be made here, before the drive that goes on is ended for it."""
+        if task is not None and task.task not in self._offered():
+            other = "labels are traced in the body cavity" if task.task == "labels" else "polyps are viewed in a colon"
+            raise ControlError(f"{other}; open that case.")
+        if task is not None and task.places == "route" and not self._marks("polyp"):
+            raise ControlError("the route has no polyps; put some on the wall in Route.")
+        return task
+
+    def _marks(self, kind: str) -> int:
+        """Of the route."""
+        return 0 if self._route is None else sum(mark.kind == kind for mark in self._route.content.marks)
 
     def _request(self, request: Request) -> None:
         """Ask the robot that this client holds. Raises ControlError where it does not."""

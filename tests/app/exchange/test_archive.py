@@ -24,7 +24,7 @@ from rest_client import Client, opened_client
 
 from app.api import archives as routes
 from app.api import router
-from app.cases.model import HEAD_PHANTOM
+from app.cases.model import CAVITY_PHANTOM, COLON_PHANTOM, HEAD_PHANTOM
 from app.cases.service import Case, CaseBead, CaseFrame
 from app.cli import main
 from app.commands import case_archive
@@ -207,6 +207,17 @@ def test_the_case_that_travels_with_vfix_is_carried_whole(services: Services, tm
         assert own.content_hash == copy.content_hash
     assert services.cases.volume_revision(made, "nose") == services.cases.volume_revision(source, "nose")
     assert services.plans.list(made.id)[0].content == services.plans.list(HEAD_PHANTOM)[0].content
+
+
+@pytest.mark.parametrize("lumen", [COLON_PHANTOM, CAVITY_PHANTOM])
+def test_a_lumen_comes_back_with_its_routes(services: Services, other: Services, tmp_path: Path, lumen: str) -> None:
+    (path := tmp_path / "lumen.zip").write_bytes(archive_of(services, lumen))
+    with zipfile.ZipFile(path) as packed:
+        assert json.loads(packed.read("manifest.json"))["left_out"] == []
+    case = other.archive_reader.read(path)
+    routes = [(one.name, one.content) for one in other.lumen_routes.documents.list(case.id)]
+    assert routes == [(one.name, one.content) for one in services.lumen_routes.documents.list(lumen)] != []
+    assert other.cases.get(case.id).landmarks == services.cases.get(lumen).landmarks
 
 
 def test_equal_cases_give_equal_archives(services: Services, other: Services, head: Case, archive: Path) -> None:

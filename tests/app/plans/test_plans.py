@@ -12,6 +12,7 @@ from plan_editor import PlanEditor
 from sqlalchemy import text
 from sqlalchemy.exc import OperationalError
 
+from app.cases.model import COLON_PHANTOM, HEAD_PHANTOM
 from app.cases.service import Case, CaseFrame, CaseService
 from app.kit.errors import NotFound, PlanConflict, PlanLocked, TooLarge
 from app.plans.model import MAX_POINTS, PlanContent, PlanPoint, content_to_json
@@ -20,6 +21,7 @@ from app.plans.operations.document import LockPlan, RedoPlan, SetPlanSettings, U
 from app.plans.operations.instruments import KeepPlacement
 from app.plans.operations.points import AddPoint, AddTarget, DeletePoint, MovePoint, RenamePoint, TakeTargets
 from app.plans.service import Plan, PlanService
+from app.services import Services
 from app.store import Store
 from app.store.errors import StorageError
 from app.store.models import DocumentRow, DocumentStateRow
@@ -472,3 +474,9 @@ def test_undo_and_redo_follow_the_model(store: Store, case: Case) -> None:
         derandomize=True,
     )
     run_state_machine_as_test(machine, settings=budget)
+
+
+def test_a_lumen_takes_no_plan(phantom_services: Services) -> None:
+    with pytest.raises(InputError, match="make a route instead"):
+        phantom_services.plans.refuse_lumen(COLON_PHANTOM)
+    phantom_services.plans.refuse_lumen(HEAD_PHANTOM)

@@ -122,6 +122,25 @@ def test_another_client_watches_and_may_pause_and_no_more(
     client.until(lambda shown: shown["rehearsal"]["state"] in ("ready", "paused"))  # the latter where it had moved
 
 
+def test_a_task_that_cannot_be_made_and_other_bounds_are_refused_and_the_drive_goes_on(
+    phantom_services: Services, shared: SharedDrives[Any, Any], route: StoredRoute
+) -> None:
+    client = Driving(phantom_services, shared)
+    client.open(route)
+    send(client.tab, "rehearsal.start")
+    client.until(lambda shown: shown["rehearsal"]["state"] == "running")
+    with pytest.raises(ControlError, match="labels are traced in the body cavity"):
+        send(client.tab, "drive.task", task="labels")
+    with pytest.raises(ControlError, match="the route has no polyps"):
+        send(client.tab, "drive.task", task="polyps", places="route")
+    with pytest.raises(ControlError, match="Values by link"):
+        send(client.tab, "rehearsal.settings", values={"camera_mm_per_s": 20.0, "tip_bound_mm": 50.0})
+    assert client.tab.options == LumenDriveOptions()
+    send(client.tab, "rehearsal.settings", values={"camera_mm_per_s": 20.0})
+    shown = client.until(lambda shown: shown["snake"]["camera_mm_per_s"] == 20.0)
+    assert shown["rehearsal"]["state"] == "running"
+
+
 def test_an_edited_route_is_told_and_taken_by_a_reset(
     phantom_services: Services, shared: SharedDrives[Any, Any], route: StoredRoute
 ) -> None:

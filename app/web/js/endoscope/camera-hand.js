@@ -16,7 +16,7 @@ const EVERY_MS = 20;
 const NEAR_MM = 1.5; // from there on the insertion slows down
 const REACHED_MM = 0.15;
 const ARRIVED_MM = 1e-3; // of the camera: much less than a pixel
-const STUCK_MS = 700; // held for so long, what is left is forgotten
+const STUCK_MS = 1500; // held for so long, what is left is forgotten
 
 /** right, down: mm that the camera is still to go. depth: mm along the lumen where the tip is to be, null for anywhere. @typedef {{ right: number, down: number, depth: number | null }} Owed */
 
