@@ -10,9 +10,7 @@ from pathlib import Path
 from fastapi import APIRouter, Response
 
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
-from app.exchange.study_report import write_report
 from app.studies.course import file_of, without_simulated
-from vfix_engine.study.own.evaluation import evaluate
 from vfix_engine.study.own.file import conditions
 from vfix_engine.study.own.order import order_of
 from vfix_engine.study.own.results import StudyResults
@@ -27,6 +25,9 @@ router = APIRouter(prefix="/studies", tags=["studies"], responses=ERRORS)
 )
 def study_results(study_id: Identifier, services: ServicesDep) -> Response:
     """Tables, statistics, plots and report of the people of a study so far, zipped; each run takes a moment."""
+    from app.exchange.study_report import write_report  # its statistics are slow to load
+    from vfix_engine.study.own.evaluation import evaluate
+
     content = services.studies.documents.get(study_id).content
     study = without_simulated(file_of(content.text))
     names = [turn.name for turns in order_of(study).values() for turn in turns]

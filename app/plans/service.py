@@ -99,7 +99,7 @@ class PlanService:
     def refuse_lumen(self, case_id: str) -> None:
         """Raise InputError for a case in which no tool is planned, NotFound for one that is not there."""
         if self.cases.get(case_id).kind == "lumen":
-            raise InputError("a plan leads a tool through a head, and this case is a lumen; make a route instead.")
+            raise InputError("a lumen takes no plan of a head; make a route instead.")
 
     def add_file(self, case_id: str, file: PlanFile, *, name: str | None = None, other_case: bool = False) -> Plan:
         """Make a plan out of an imported file. `name` wins over the file's; a name of another plan gets a number.

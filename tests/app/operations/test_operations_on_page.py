@@ -8,8 +8,9 @@ import pytest
 from app.operations.messages import messages
 
 APP = Path(__file__).resolve().parents[3] / "app"
-# What has no control: what was deleted is restored from the message that says so, a path is chosen by its row.
-WITHOUT = {"label.restore", "version.restore", "path.choose"}
+# What has no control: what was deleted is restored from the message that says so, a path is chosen by its row, and the
+# run of a trial is attached once it is stored.
+WITHOUT = {"label.restore", "version.restore", "path.choose", "study.attach"}
 
 
 @pytest.fixture(scope="module")
