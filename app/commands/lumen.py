@@ -15,7 +15,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from app.commands.lumen_options import lumen_surface, lumen_tissue, place, read_landmarks
+from app.commands.lumen_options import lumen_surface, lumen_tissue, open_words, place, read_landmarks
 from app.commands.lumen_task import add_task, run_task
 from app.commands.lumen_viewable import add_viewable, run_viewable
 from app.commands.run_recording import RunRecording
@@ -100,8 +100,9 @@ def run(args: argparse.Namespace) -> int:
     if args.pathway is not None and args.pathway.suffix.lower() != ".ply":
         raise InputError(f"the pathway is written as .ply, not to {args.pathway.name}")
     mesh, assumed = lumen_surface(args.surface, args.frame, args.unit)
-    if assumed is not None:
-        print(f"vfix: warning: {assumed}", file=sys.stderr, flush=True)
+    warned = [words for words in (assumed, open_words(mesh)) if words]
+    for words in warned:
+        print(f"vfix: warning: {words}", file=sys.stderr, flush=True)
     file, landmarks = _landmarks(args.landmarks, args.surface)
     preset = None if args.preset is None else PRESETS[args.preset]
     settings = _settings(args)
@@ -127,8 +128,7 @@ def run(args: argparse.Namespace) -> int:
     result["surface_assumed"] = assumed
     result["pictures"] = [] if album is None else album.files
     result["pathway"] = _written(args.pathway, report)
-    if assumed is not None:
-        result["warnings"] = [assumed, *result["warnings"]]
+    result["warnings"] = [*warned, *result["warnings"]]
     if args.json:
         print(json.dumps(result, allow_nan=False))
     else:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from app.cases.structures import encloses
 from vfix_engine.arrays import Array
 from vfix_engine.errors import FrameError, InputError, MeshError
 from vfix_engine.files.mesh_files import read_mesh
@@ -31,6 +32,15 @@ def place(text: str) -> Array:
     if len(numbers) != 3 or not all(math.isfinite(number) for number in numbers):
         raise argparse.ArgumentTypeError(f"{text!r:.60} is no place: write x,y,z in mm")
     return np.array(numbers)
+
+
+def open_words(mesh: TriangleMesh) -> str:
+    """What to warn of a surface with a border, or whose triangles do not agree on a side; '' for a closed one."""
+    if encloses(mesh):
+        return ""
+    return (
+        "the surface is open or turned in part: what lies behind it is judged by the triangles that are there; close it"
+    )
 
 
 def lumen_tissue(breathing_mm: float | None, peristalsis_share: float | None) -> TissueMotion | None:

@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 
 from app.cli import main
-from app.commands.lumen_options import read_landmarks
+from app.commands.lumen_options import open_words, read_landmarks
 from app.services import build_services
 from app.settings import Settings
+from vfix_engine.anatomy.lumen.colon_case import colon_case
 from vfix_engine.anatomy.lumen.synthetic import synthetic_colon, synthetic_course, write_stl
 from vfix_engine.errors import InputError
 from vfix_engine.files.mesh_files import read_mesh
+from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.pathway.pathway import Pathway
 from vfix_engine.pathway.pathway_surface import pathway_surface
 from vfix_engine.runtime.replay import replay
@@ -242,3 +244,9 @@ def test_two_files_of_landmarks_are_asked_about(colon: Path, capsys: pytest.Capt
         assert "landmarks.json, other_info.json" in capsys.readouterr().err
     finally:
         other.unlink()
+
+
+def test_an_open_surface_is_told() -> None:
+    mesh = colon_case().mesh
+    assert open_words(mesh) == ""
+    assert "open" in open_words(TriangleMesh(mesh.vertices, mesh.faces[1:]))

@@ -132,7 +132,7 @@ class _TryOut(NamedTuple):
         if held is not None:
             return _Found(came_mm, *held), narrow
         if (first := narrow.first) is not None:
-            words = f"the lumen is narrower than the robot's {narrow.robot_mm:g} mm: its radius is {first.words}"
+            words = f"the pathway is narrower than the robot's {narrow.robot_mm:g} mm: its radius is {first.words}"
             return _Found(came_mm, "narrow", words, first.at_lps), narrow
         place = self._place(came_mm)
         if target < length - _SAME_MM:
