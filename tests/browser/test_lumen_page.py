@@ -64,14 +64,13 @@ def test_a_colon_is_opened_planned_and_driven_by_wheel_and_drag(open_page: Open,
     assert abs(station.state("snake")["bend"] - bent) < 0.1
     station.wait_for("the arc of the force", lambda: page.evaluate(ARC) or _drag(page, 200, 0))
     station.picture("lumen-turned")
-    depth = station.state("snake")["depth_mm"]
-    page.keyboard.down("s")
-    _drag(page, 60, 0)  # stops no key that is held
-    station.wait_for("the way back by a key", lambda: station.state("snake")["depth_mm"] < depth - 3.0)
-    page.keyboard.up("s")
-    depth = station.state("snake")["depth_mm"]
     page.click("#straighten")
     station.wait_for("the straight robot", lambda: station.state("snake")["straight"])
+    depth = station.state("snake")["depth_mm"]
+    page.keyboard.down("s")
+    _drag(page, 20, 0)  # stops no key that is held
+    station.wait_for("the way back by a key", lambda: station.state("snake")["depth_mm"] < depth - 3.0)
+    page.keyboard.up("s")
     _wheeled(station, -4)
 
     page.uncheck("#outside-view")

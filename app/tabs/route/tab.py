@@ -62,14 +62,16 @@ class RouteTab(Tab):
         self._path: RoutePath | None = None
         self._failure = ""
         self._seen = ViewHand(workspace, self._routes.views)
-        workspace.on_case_opened(lambda plan_id: self._case_opened())
+        workspace.on_case_opened(self._case_opened)
 
     # -- which route is open
 
-    def _case_opened(self) -> None:
+    def _case_opened(self, wanted: str | None) -> None:
+        """Open the route that the client asked for, else the newest."""
         case_id = self.workspace.case.case_id
         titles = () if case_id is None or not self.offered else self._routes.documents.titles(case_id)
-        self._open(titles[-1].id if titles else None)
+        ids = [title.id for title in titles]
+        self._open(wanted if wanted in ids else ids[-1] if ids else None)
 
     def _open(self, route_id: str | None) -> None:
         self._document, self._picking, self._moving = None, "", ""
@@ -153,7 +155,7 @@ class RouteTab(Tab):
         done = message.perform(message.spec.context(self.workspace.services, message.revision), case_id)
         assert done is not None
         if isinstance(operation, Delete) and done.id == self.workspace.opened.id(KIND):
-            self._case_opened()
+            self._case_opened(None)
         elif isinstance(operation, Creation | Restore):
             self._open(done.id)
         else:

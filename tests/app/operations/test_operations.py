@@ -25,9 +25,12 @@ from app.operations.reading import Unreadable, read
 from app.operations.rest import addresses
 from app.registration.operations import FleRequest, SetFle, TouchPair
 from app.session.commands import InvalidMessage, parse_command
+from app.studies.content import MAX_TEXT as LONGEST
 from vfix_engine.errors import InputError
 
-HOSTILE: list[Any] = [1e300, -1e300, "x" * 10_001, {"a": [1] * 1000}, [[0.0] * 1000] * 10, "../../etc\n", [], ""]
+HOSTILE: list[Any] = [
+    1e300, -1e300, "x" * (LONGEST + 1), {"a": [1] * 1000}, [[0.0] * 1000] * 10, "x" * 10_001, "../../etc\n", [], "",
+]  # fmt: skip
 TEXTS = ["name", "#00ff00", "", "0" * 64, "sha256:" + "0" * 64]
 ROUTES = [
     pytest.param(method, path, operations, id=f"{method} {path}")
