@@ -14,7 +14,7 @@ from vfix_engine.worlds.snake import LumenContours, SnakeSystemSpec
 
 angle = np.linspace(0.0, 2.2, 61)
 centre = 130.0 * np.column_stack([1.0 - np.cos(angle), 0.0 * angle, np.sin(angle)])  # mm, LPS
-spec = SnakeSystemSpec(LumenContours(centre, np.full((61, 1), 13.0)), SnakeModel(5), tip_s=140.0)
+spec = SnakeSystemSpec(LumenContours(centre, np.full((61, 1), 13.0)), SnakeModel(6), tip_s=140.0)
 
 with tempfile.TemporaryDirectory() as folder:
     system, file = spec.build(), Path(folder) / "drive.run"
