@@ -74,9 +74,8 @@ class Narrowest:
         """
         if self.first is None:
             return
-        said = (
-            f"the pathway is narrower than the robot: its radius is {self.first.words}, the robot's {self.robot_mm:g} mm"
-        )
+        said = f"the pathway is narrower than the robot: its radius is {self.first.words}, "
+        said += f"the robot's {self.robot_mm:g} mm"
         if self.at_mm != self.first.at_mm:
             least = NarrowPlace(self.at_mm, self.at_lps, self.radius_mm)
             said += f", and {least.words}, at the least"
