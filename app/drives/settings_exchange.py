@@ -82,11 +82,9 @@ class SettingsExchange:
 
     def _stays(self, name: str) -> str:
         bound, value = self.in_force.bounds()[name], self.in_force.to_dict()[name]
-        return (
-            f"{bound.label} stays as it is"
-            if value is None
-            else f"{bound.label} stays at {value:g} {bound.unit}".rstrip()
-        )
+        if value is None:
+            return f"{bound.label} stays as it is"
+        return f"{bound.label} stays at {value:g} {bound.unit}".rstrip()
 
     @property
     def accepted(self) -> dict[str, float]:

@@ -15,7 +15,7 @@ from app.messages.sections import Section, Sections
 from app.operations.messages import OperationMessage
 from app.operations.operation import Creation
 from app.studies.content import LedStudy
-from app.studies.course import Place, course_of, running_of
+from app.studies.course import course_of, running_of
 from app.studies.operations import SPEC as STUDIES
 from app.studies.operations import AttachRun
 from app.tabs.base import Tab
@@ -78,32 +78,27 @@ class StudyTab(Tab):
 
     # -- a trial that goes on
 
-    def _running(self) -> Place | None:
-        """The trial that goes on."""
+    def _fixed(self) -> FixedDrive | None:
+        """Mode and parameters, which Rehearse does not change meanwhile. Raises VfixError where the plan is gone."""
         document = self._document
         led = None if document is None else running_of(document.content)
         if document is None or led is None:
             return None
-        return next(one for one in course_of(document.content, led.subject) if one.led == led)
-
-    def _fixed(self) -> FixedDrive | None:
-        """Mode and parameters, which Rehearse does not change meanwhile. Raises VfixError where the plan is gone."""
-        document, place = self._document, self._running()
-        if document is None or place is None:
-            return None
+        place = next(one for one in course_of(document.content, led.subject) if one.led == led)
         driven = self._studies.driven(document.content.text, place.condition)
         return FixedDrive(driven.plan_id, driven.control, driven.preset)
 
     def tick(self) -> bool:
         """A run that was stored becomes the trial that goes on, also one that was stored while no page was there."""
-        document, place = self._document, self._running()
-        if document is None or place is None:
+        document = self._document
+        led = None if document is None else running_of(document.content)
+        if document is None or led is None:
             return False
-        looked = self.workspace.services.jobs.going_on()[0], place.led
+        looked = self.workspace.services.jobs.going_on()[0], led
         if looked == self._looked:
             return False
         self._looked = looked
-        return self._attach(document, place.turn.name.subject)
+        return self._attach(document, led.subject)
 
     def _attach(self, document: Document[LedStudy], subject: str) -> bool:
         """Whether a run is the trial now; why one is not is told once."""

@@ -7,10 +7,14 @@ import numpy as np
 import pytest
 from lumen_shapes import arc, straight
 
+from vfix_engine.anatomy.lumen.colon_case import colon_case
 from vfix_engine.pathway.pathway import Pathway
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.runtime import Command, Driver, InlineWorker
+from vfix_engine.runtime.requests import Straighten
+from vfix_engine.worlds.snake.lumen import lumen_between
 from vfix_engine.worlds.snake.offline.snake_drive import SnakeDrive
-from vfix_engine.worlds.snake.settings import Control, DriveSettings
+from vfix_engine.worlds.snake.settings import Control, DriveSettings, SnakeSettings
 from vfix_engine.worlds.snake.spec import LumenContours, SnakeSystemSpec
 from vfix_engine.worlds.snake.stepping.command import SnakeCommand
 
@@ -83,3 +87,28 @@ def test_a_run_of_before_did_not_lock_bends() -> None:
     assert SnakeSystemSpec.from_parts(values, arrays).drive.lock_bend
     values["drive"] = {name: value for name, value in asdict(spec.drive).items() if name != "lock_bend"}
     assert not SnakeSystemSpec.from_parts(values, arrays).drive.lock_bend
+
+
+def test_a_tip_that_was_drawn_back_to_its_bound_and_its_range_is_straightened() -> None:
+    """The bends that led there are beyond the range of the joints where the tip is now: they count as reached."""
+    case, settings = colon_case(), DriveSettings(control="view")
+    lumen = lumen_between(case.mesh, case.start, case.end, SnakeModel(1), settings)
+    snake = lumen.snake(SnakeModel(1), None)
+    spec = SnakeSystemSpec(LumenContours.of(lumen), snake, SnakeSettings(0.002), settings, tip_s=145.0)
+    driver = Driver(spec.build(), InlineWorker(spec.worker(), age_steps=20))
+
+    def push(steps: int, *axes: float) -> None:
+        for _ in range(steps):
+            driver.step(Command(np.zeros(3), axes=axes))
+
+    push(800, 1.0, 0.0, 0.0)
+    push(600, 0.0, 0.0, -1.0)
+    state = driver.state
+    drawn_to = state.tip_s
+    assert state.outcome == "held"
+    assert not state.straight
+    driver.apply(Straighten())
+    push(1500, 0.0, 0.0, 0.0)
+    assert driver.state.straight
+    push(300, 0.0, 0.0, -1.0)
+    assert driver.state.tip_s < drawn_to - 5.0

@@ -124,7 +124,7 @@ def _straighten(
         state = state._replace(trail=state.trail._replace(back=back))
         if not back:
             return state, outcome
-    trail = state.trail.before(q - rest)
+    trail = state.trail.before(q, lambda bend: drive.distal.clamp(rest + bend))
     bend, steering = trail.bends[-1] if trail.bends else (np.zeros_like(rest), (0.0, 0.0))
     state.control.lead(steering)
     state, outcome = _go(drive, state, q, drive.distal.clamp(rest + bend), most, by_joints)

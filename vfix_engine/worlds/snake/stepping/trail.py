@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -35,9 +36,13 @@ class Trail(NamedTuple):
                 return Trail(bends[: int(near[0]) + 1])
         return Trail((*bends, (bend.copy(), steering)))
 
-    def before(self, bend: Array) -> Trail:
-        """On the way back, without the bends already reached."""
+    def before(self, q: Array, joints: Callable[[Array], Array]) -> Trail:
+        """On the way back from q (2L',), without the bends already reached.
+
+        joints: of a bend, within their range; one that is beyond it, since the shape is another now, is reached at the
+        range's end.
+        """
         left = len(self.bends)
-        while left and float(np.abs(self.bends[left - 1][0] - bend).max()) < _REACHED:
+        while left and float(np.abs(joints(self.bends[left - 1][0]) - q).max()) < _REACHED:
             left -= 1
         return self if left == len(self.bends) else self._replace(bends=self.bends[:left])
