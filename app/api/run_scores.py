@@ -11,7 +11,7 @@ from pydantic import BaseModel, Field
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.lumen_scores import LumenScorePublic, LumenSeriesPublic
 from app.api.score_parts import HeldPublic, HoldPublic, MeanMaxPublic, Numbers, Triple
-from app.drives.runs import StoredRun
+from app.drives.stored_run import StoredRun
 from app.exchange.run_report.report import RunToReport, report_html
 from app.plans.model import NOTICE
 from app.services import Services

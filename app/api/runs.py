@@ -11,7 +11,7 @@ from pydantic import BaseModel
 from app.api.dependencies import ERRORS, Flag, Identifier, RequestBody, ServicesDep
 from app.api.plan_reports import PiercedPublic
 from app.api.run_comments import CommentPublic
-from app.drives.runs import RunOrigin, StoredRun
+from app.drives.stored_run import RunOrigin, StoredRun
 from app.plans.model import NOTICE
 from app.services import Services
 

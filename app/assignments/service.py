@@ -15,7 +15,8 @@ from app.cases.service import CaseService
 from app.documents import Document
 from app.documents.documents import Documents
 from app.drives.run_scores import RunScores
-from app.drives.runs import RunService, StoredRun
+from app.drives.runs import RunService
+from app.drives.stored_run import StoredRun
 from app.kit.errors import NotFound
 from app.plans.model import driven_hash
 from app.plans.service import PlanService

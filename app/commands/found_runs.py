@@ -12,7 +12,7 @@ from app.settings import Settings
 from vfix_engine.runtime.run import Run
 
 if TYPE_CHECKING:  # a folder is read without a store
-    from app.drives.runs import StoredRun
+    from app.drives.stored_run import StoredRun
 
 
 @dataclass(frozen=True, eq=False)

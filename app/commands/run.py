@@ -19,7 +19,7 @@ from vfix_engine.runtime.control_mode import MIXED, MODES
 from vfix_engine.worlds.snake.settings import ARMS
 
 if TYPE_CHECKING:  # stored runs need the store, folders do not
-    from app.drives.runs import StoredRun
+    from app.drives.stored_run import StoredRun
 
 NOTICE = "Not for clinical use."
 UNCERTIFIED = "without the certificate"

@@ -11,7 +11,8 @@ from sqlalchemy.orm import Session
 
 from app.clock import utc_now
 from app.drives.live_comments import RunComment, check_room, checked_comment, clock_of
-from app.drives.runs import COMMENTS, RunService, comments_in, row_of
+from app.drives.runs import RunService, row_of
+from app.drives.stored_run import COMMENTS, comments_in
 from app.kit.errors import NotFound
 from app.kit.values import new_id, number
 from app.store import Store

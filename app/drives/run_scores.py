@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from app.drives.runs import RunService, StoredRun
+from app.drives.runs import RunService
+from app.drives.stored_run import StoredRun
 from app.kit.cache import Cache
 from app.store import Store
 from vfix_engine.arrays import Array

@@ -13,15 +13,15 @@ import secrets
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
 from app.clock import utc_now
-from app.drives.live_comments import RunComment, beside, comments_beside
+from app.drives.live_comments import beside, comments_beside
+from app.drives.stored_run import COMMENTS, RunFile, RunOrigin, StoredRun, stored_run
 from app.kit.errors import NotFound, TooLarge
 from app.store import Store
 from app.store.errors import StorageError
@@ -29,87 +29,16 @@ from app.store.models import CaseRow, DocumentRow, RunRow
 from vfix_engine.error_places import error_kind
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.json_text import parse_json
-from vfix_engine.runtime.control_mode import run_mode
 from vfix_engine.runtime.run import END, EVENTS, MANIFEST, PART, SIDEWAYS, SPEC, TICKS
-from vfix_engine.worlds.registry import arm_of, is_certified
 
 _LOG = logging.getLogger(__name__)
 
-RunOrigin = Literal["page", "command line", "replay", "study"]
 Measure = Callable[[Path], dict[str, Any] | None]
 
 FILES = (MANIFEST, SPEC, TICKS, EVENTS, END, SIDEWAYS)
 MAX_BYTES = 4 << 30  # of all runs of a data folder together; the oldest are deleted, but for a teacher's
 MAX_JSON_BYTES = 4 << 20
-COMMENTS = "comments"  # key of what is stored of a run
 _FORGOTTEN_S = 3600.0  # another planner may just be storing a file that no run has
-
-
-@dataclass(frozen=True)
-class RunFile:
-    """A file of a run."""
-
-    sha256: str
-    size_bytes: int
-
-
-@dataclass(frozen=True)
-class StoredRun:
-    """A stored run.
-
-    case_id, plan_id: what was driven, where that is stored. origin: page, command line, replay or study.
-    manifest: as it was written; end: number of ticks, their digest and how many were lost, None for an interrupted
-    run. files: by name. pierced: what the tool pierced, as in `PiercedReport`; None where that was not measured.
-    plan_sha256: `driven_hash` of the plan that was driven; None where that was not told.
-    teacher: whether it is marked as the teacher's, of which a plan has one at most. comments: in the order of time.
-    recorded: when it was stored; began: when its recording began, '' where that was not told.
-    """
-
-    id: str
-    case_id: str | None
-    plan_id: str | None
-    origin: RunOrigin
-    recorded: str
-    size_bytes: int
-    manifest: dict[str, Any]
-    end: dict[str, Any] | None
-    files: dict[str, RunFile]
-    pierced: dict[str, Any] | None = None
-    teacher: bool = False
-    comments: tuple[RunComment, ...] = ()
-    plan_sha256: str | None = None
-    began: str = ""
-
-    @property
-    def world(self) -> str:
-        """'rigid', 'freehand', 'snake' or 'snake drive'."""
-        return str(self.manifest.get("world", ""))
-
-    @property
-    def mode(self) -> str | None:
-        """'freehand', 'hands-on' or 'teleoperated', 'mixed' where it was changed on the way.
-
-        None for a snake, and for a run whose word does not fit its world: no reader drives or scores it.
-        """
-        try:
-            return run_mode(self.manifest)
-        except InputError:
-            return None
-
-    @property
-    def arm(self) -> str | None:
-        """'manual', 'guided' or 'certified' of a snake; None of another world."""
-        return arm_of(self.manifest)
-
-    @property
-    def certified(self) -> bool:
-        """Whether every motion of it was certified: by its world, the columns of its rows, and a snake's arm."""
-        return is_certified(self.manifest)
-
-    @property
-    def whole(self) -> bool:
-        """Whether the drive was recorded to its end."""
-        return self.end is not None
 
 
 class RunService:
@@ -222,12 +151,12 @@ class RunService:
         if plan_id is not None:
             query = query.where(RunRow.plan_id == plan_id)
         with self._store.reading() as session:
-            return tuple(_run(row) for row in session.scalars(query))[::-1]
+            return tuple(stored_run(row) for row in session.scalars(query))[::-1]
 
     def get(self, run_id: str) -> StoredRun:
         """The run. Raises NotFound."""
         with self._store.reading() as session:
-            return _run(row_of(session, run_id))
+            return stored_run(row_of(session, run_id))
 
     def file(self, run_id: str, name: str) -> Path:
         """Path of a file of a run, as it was written.
@@ -272,7 +201,7 @@ class RunService:
         """
         with self._store.writing() as session:
             row = row_of(session, run_id)
-            run = _run(row)
+            run = stored_run(row)
             if on and (run.plan_id is None or run.mode is None):
                 raise InputError("only a plan's run of a rigid tool can be a teacher's.")
             if on:
@@ -323,7 +252,7 @@ class RunService:
         for row in rows[:-1]:
             if total <= self._max_bytes:
                 break
-            if _run(row).teacher:
+            if stored_run(row).teacher:
                 continue
             total -= row.size_bytes
             freed |= _drop(session, row)
@@ -383,32 +312,6 @@ def _check_unchanged(path: Path, name: str, sha256: str) -> None:
     with path.open("rb") as file:
         if hashlib.file_digest(file, "sha256").hexdigest() != sha256:
             raise InputError(f"{name} of the run has changed since it was recorded; delete the run.")
-
-
-def _run(row: RunRow) -> StoredRun:
-    stored = row.manifest
-    return StoredRun(
-        id=row.id,
-        case_id=row.case_id,
-        plan_id=row.plan_id,
-        origin=stored["origin"],
-        recorded=row.recorded,
-        size_bytes=row.size_bytes,
-        manifest=stored["manifest"],
-        end=stored["end"],
-        files={name: RunFile(**file) for name, file in row.files.items()},
-        pierced=stored.get("pierced"),
-        teacher=stored.get("teacher", False),
-        comments=comments_in(stored),
-        plan_sha256=stored.get("plan_sha256"),
-        began=stored.get("began", ""),
-    )
-
-
-def comments_in(stored: dict[str, Any]) -> tuple[RunComment, ...]:
-    """The comments of what is stored of a run, in the order of time."""
-    found = (RunComment(**one) for one in stored.get(COMMENTS, ()))
-    return tuple(sorted(found, key=lambda one: (one.step, one.written)))
 
 
 def _mark(row: RunRow, on: bool) -> None:

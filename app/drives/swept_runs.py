@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.drives.runs import RunService, StoredRun
+from app.drives.runs import RunService
+from app.drives.stored_run import StoredRun
 from app.drives.swept_file import check, packed
 from app.kit.cache import Cache
 from app.kit.errors import NotFound

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from app.cases.service import CaseService
 from app.documents import Document
 from app.documents.documents import Documents
-from app.drives.runs import RunService, StoredRun
+from app.drives.runs import RunService
+from app.drives.stored_run import StoredRun
 from app.kit.errors import NotFound
 from app.plans.service import PlanService
 from app.store import Store

@@ -15,7 +15,8 @@ from app.drives import live_comments as of_drives
 from app.drives.live_comments import MAX_CHARACTERS, LiveComments, beside
 from app.drives.recordings import Recording, Recordings
 from app.drives.run_comments import RunComments
-from app.drives.runs import RunService, StoredRun
+from app.drives.runs import RunService
+from app.drives.stored_run import StoredRun
 from app.kit.errors import NotFound, TooMany
 from app.kit.jobs import Jobs
 from app.plans.service import PlanService

@@ -12,7 +12,8 @@ from run_folder import write_run
 
 from app.cases.service import Case
 from app.drives.recordings import Recordings
-from app.drives.runs import FILES, RunService, StoredRun
+from app.drives.runs import FILES, RunService
+from app.drives.stored_run import StoredRun
 from app.kit.errors import NotFound, TooLarge
 from app.kit.jobs import Job, Jobs
 from app.plans.service import PlanService

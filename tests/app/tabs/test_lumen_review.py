@@ -14,8 +14,8 @@ from session_doubles import sections_of, send
 
 from app.cases.model import HEAD_PHANTOM
 from app.drives import commands as drives
-from app.drives.runs import StoredRun
 from app.drives.shared_drives import SharedDrives
+from app.drives.stored_run import StoredRun
 from app.services import Services
 from app.tabs.review.tab import ReviewTab
 from vfix_engine.runtime.replay import replay
