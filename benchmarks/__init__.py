@@ -21,6 +21,7 @@ BENCHMARKS: tuple[str, ...] = (
     "registration",
     "start",
     "step",
+    "study",
 )
 MODULES = {
     "first-plan": "first_plan",

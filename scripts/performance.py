@@ -106,6 +106,12 @@ BENCHMARKS = (
     Measured("registration", "registration", (
         Figure("Measured over expected error of beads", "fre_measured_over_expected", "times", "0.99 to 1.01"),
     )),
+    Measured("study", "study", (
+        Figure("Simulated trials of Li 2007 in one process", "ways.one process.trials_per_s", "/s"),
+        Figure("in a pool of processes over one", "ratios.a pool of processes", "times"),
+        Figure("on a local Dask cluster over one", "ratios.a local Dask cluster", "times"),
+        Figure("100,000 trials", "core_hours_of_100000_trials", "core-hours"),
+    )),
     Measured("durability", "durability", (
         Figure("Acknowledged edits lost after `kill -9`", "edits_lost", "", "0"),
         Figure("edits acknowledged", "edits_acknowledged"),
