@@ -47,7 +47,7 @@ SEPTUM_BEND_MM = 3.0
 BOX = ((-24.0, -36.0, -24.0), (24.0, 84.0, 48.0))
 TRIANGLES = 70_000
 # Protected structures, by places on the path and how far beside it, away from the midline of the nose; all assumed.
-BESIDE_MM = 6.5
+BESIDE_MM = 4.3
 
 
 def main() -> None:
@@ -67,7 +67,7 @@ def main() -> None:
     )
     content = {
         "schema": SCHEMA,
-        "version": 1,
+        "version": 2,
         "frame": "LPS",
         "unit": "mm",
         "bone_sha256": sha256_of(bone),
