@@ -29,7 +29,7 @@ from .arms import (
 )
 from .cells import Cell, report
 from .colon import CONTROL, STEP_S, colon_of, stored_colon
-from .kwok_figures import AGREES, CONTRADICTIONS, KWOK_III, PrintedRow
+from .kwok_figures import AGREES_III, CONTRADICTIONS_III, KWOK_III, PrintedRow
 from .kwok_sweeps import SweptKey, asked_of, swept_keys, swept_rows
 from .options import Options
 from .paper_figures import Printed
@@ -112,8 +112,8 @@ def _more(
         "unfinished": {arm: int(np.isnan(values["completion_time_s"][arm]).sum()) for arm in ARMS},
         "improvements": {name: improvement(values[name]) for name in values},
         "trials": trials,
-        "agrees": list(AGREES),
-        "contradictions": list(CONTRADICTIONS),
+        "agrees": list(AGREES_III),
+        "contradictions": list(CONTRADICTIONS_III),
     }
 
 

@@ -19,7 +19,7 @@ from ..farm import run_all
 from .arms import ArmKey, by_arm, compared, keys, mean_cell, place_of, seed_of, subjects_of
 from .cavity import STEP_S, cavity_of, stored_labels
 from .cells import Cell, report
-from .kwok_figures import AGREES, CONTRADICTIONS, KWOK_IV
+from .kwok_figures import AGREES_IV, CONTRADICTIONS_IV, KWOK_IV
 from .kwok_sweeps import SweptKey, asked_of, swept_keys, swept_rows
 from .options import Options
 from .paper_figures import Printed
@@ -85,7 +85,7 @@ def evaluated(
         "trials": trials,
         "sweeps": swept_rows({key: _swept(one) for key, one in swept.items()},
                              {key: _swept(one) for key, one in recorded.items()}),
-        "agrees": list(AGREES), "contradictions": list(CONTRADICTIONS),
+        "agrees": list(AGREES_IV), "contradictions": list(CONTRADICTIONS_IV),
     }  # fmt: skip
     return report(
         "kwok2013-2", options.seed, cells, quick=options.quick, fitted={}, assumed=assumed(), order_share={},
