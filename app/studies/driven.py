@@ -47,12 +47,9 @@ class Driven:
 
     def differences(self, run: StoredRun, events: Events) -> list[str]:
         """Why a run of the page is none of it. events: reads those of the run."""
-        found = [] if run.plan_id == self.document_id else ["it is of another plan or route"]
-        return [
-            *found,
-            *self._differences(run, events),
-            *([] if run.origin == "page" else ["nobody drove it on the page"]),
-        ]
+        other = [] if run.plan_id == self.document_id else ["it is of another plan or route"]
+        nobody = [] if run.origin == "page" else ["nobody drove it on the page"]
+        return other + self._differences(run, events) + nobody
 
     def _differences(self, run: StoredRun, events: Events) -> list[str]:
         raise NotImplementedError
@@ -149,9 +146,8 @@ class Conditions:
     def _check(route: Route, case: Case, of_file: RouteOfStudy) -> None:
         """Raises InputError where the task cannot be done on a route."""
         if _TASKS[of_file.task] not in tasks_in(case):
-            other = (
-                "labels are traced in the body cavity" if of_file.task == "kwok2" else "polyps are viewed in a colon"
-            )
+            labels = of_file.task == "kwok2"
+            other = "labels are traced in the body cavity" if labels else "polyps are viewed in a colon"
             raise InputError(f"{case.name!r:.80} has no task {of_file.task}: {other}.")
         if route.entry is None or route.end is None:
             raise InputError(f"the route {of_file.route!r:.80} has no {'entry' if route.entry is None else 'end'} yet.")

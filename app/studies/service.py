@@ -132,7 +132,9 @@ class Studies:
             runs = self._runs.list(plan_id=wanted.document_id)
             newest = next((one for one in runs if one.began >= begun and one.id not in taken), None)
             if newest is None:
-                raise NotFound("no run of it has begun since the trial did; drive it, and press Finish run.")
+                raise NotFound(
+                    "no run of this plan or route has begun since the trial did; drive it, and press Finish run."
+                )
             found = newest
         if found.id in taken:
             raise InputError("that run is another trial already.")
@@ -149,7 +151,7 @@ class Studies:
         alike = [run for run in same_plan if _driven_by(run) == _driven_by(found)]
         changed = []
         if same_plan and found.plan_sha256 != same_plan[0].plan_sha256:
-            changed.append("its plan or route was changed since the first trial")
+            changed.append("the plan or route was changed since the first trial")
         if alike and _settings(found) != _settings(alike[0]):
             changed.append("its settings are not those of the first trial of this condition")
         return changed

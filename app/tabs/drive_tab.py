@@ -71,10 +71,8 @@ class DriveTab(Tab, Generic[P, T]):
     @property
     def fixed(self) -> FixedDrive | None:
         """What a trial of a study that goes on fixes of the drive of what is open."""
-        fixed = self.workspace.fixed
-        return (
-            fixed if fixed is not None and self.key is not None and fixed.document_id == self.key.document_id else None
-        )
+        fixed, key = self.workspace.fixed, self.key
+        return fixed if fixed is not None and key is not None and fixed.document_id == key.document_id else None
 
     # -- what a subclass says
 

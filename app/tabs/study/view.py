@@ -81,7 +81,7 @@ def _plan(driven: Driven) -> PlanTrialView | None:
     if not isinstance(driven, DrivenPlan):
         return None
     control, preset = driven.how
-    return {"mode": control.mode, "device": control.device, "preset": preset}  # type: ignore[typeddict-item]
+    return PlanTrialView(mode=control.mode, device=control.device, preset=preset)  # type: ignore[typeddict-item]
 
 
 def _lumen(driven: Driven) -> LumenTrialView | None:
