@@ -32,6 +32,7 @@ from app.tabs.study.tab import StudyTab
 from vfix_engine.errors import ControlError, InputError
 from vfix_engine.study.own.file import conditions, parse_study
 
+EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "lumen_study.toml"
 STUDY = """
 name = "Two arms"
 trials = 1
@@ -168,6 +169,14 @@ def test_a_file_that_the_page_cannot_follow_is_refused(
         text = text.replace(old, new)
     with pytest.raises(error, match=words):
         phantom_services.studies.open(route.case_id, text)
+
+
+def test_the_example_is_of_lumens_that_come_along(phantom_services: Services) -> None:
+    text = EXAMPLE.read_text(encoding="utf-8")
+    phantom_services.studies.open("colon-phantom", text)
+    cavity = text.replace("colon-phantom", "cavity-phantom").replace('"kwok1"', '"kwok2"', 1)
+    metrics = next(line for line in cavity.splitlines() if line.startswith("metrics"))
+    assert phantom_services.studies.open("cavity-phantom", cavity.replace(metrics, "")).case_id == "cavity-phantom"
 
 
 def test_a_run_that_was_driven_otherwise_is_none_of_the_trial(phantom_services: Services, route: StoredRoute) -> None:
