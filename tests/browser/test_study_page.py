@@ -93,7 +93,7 @@ def test_a_whole_study(open_page: Callable[..., Workstation]) -> None:
 
 def test_a_trial_in_a_lumen(open_page: Callable[..., Workstation]) -> None:
     """From Study to Drive, which is set and locked, and back with the run."""
-    station = open_page(sample=False, viewport={"width": 1280, "height": 900}).ready()
+    station = open_page(sample=False, viewport={"width": 900, "height": 640}).ready()  # a small picture to draw
     page = station.page
     page.click("[data-step=patient]")
     page.locator("#cases .row-main", has_text="Body cavity").click()
@@ -113,7 +113,6 @@ def test_a_trial_in_a_lumen(open_page: Callable[..., Workstation]) -> None:
     page.click("#start")
     station.wait_for("the drive", lambda: station.rehearsal()["state"] == "running", DRIVEN_S)
     station.picture("study-lumen-driven")
-    page.wait_for_timeout(500)
     page.click("#finish-run")
     station.wait_for("the run", lambda: _study(station)["next"] == "done", DRIVEN_S)
     station.wait_for("Study", lambda: station.state("step")["name"] == "study")
