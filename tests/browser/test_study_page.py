@@ -112,6 +112,10 @@ def test_a_trial_in_a_lumen(open_page: Callable[..., Workstation]) -> None:
         expect(page.locator(locked)).to_be_disabled()
     page.click("#start")
     station.wait_for("the drive", lambda: station.rehearsal()["state"] == "running", DRIVEN_S)
+    tip = station.rehearsal()["tip"]
+    page.keyboard.down("d")
+    station.wait_for("a turn", lambda: station.rehearsal()["tip"] != tip, DRIVEN_S)
+    page.keyboard.up("d")
     station.picture("study-lumen-driven")
     page.click("#finish-run")
     station.wait_for("the run", lambda: _study(station)["next"] == "done", DRIVEN_S)
