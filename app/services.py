@@ -137,7 +137,7 @@ class Services:
         self.recordings = Recordings(self.jobs, self.runs, self.run_scores)
         self.live = LiveBoard()
         self.assignments = Assignments(self.store, self.cases, self.plans, self.runs, self.run_scores)
-        self.studies = Studies(self.store, self.cases, self.plans, self.runs)
+        self.studies = Studies(self.store, self.cases, self.plans, self.runs, self.lumen_routes)
 
     def _add_exchange(self) -> None:
         """What leaves the planner, and archives that come back."""

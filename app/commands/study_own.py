@@ -8,7 +8,7 @@ import io
 import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from app.commands.counts import positive
 from app.commands.found_runs import FoundRun, find_run, optional_services
@@ -22,15 +22,17 @@ from vfix_engine.runtime.run import digest
 from vfix_engine.study.farm import run_all
 from vfix_engine.study.own.evaluation import evaluate
 from vfix_engine.study.own.file import StudyFile, TrialName, conditions, is_simulated, labels, nearest, read_study
+from vfix_engine.study.own.kinds import kind_of
 from vfix_engine.study.own.order import Turn, order_of
-from vfix_engine.study.own.plugins import metric_named, operator_named
 from vfix_engine.study.own.questionnaire import AnsweredTlx
 from vfix_engine.study.own.recorded import recorded_trial
 from vfix_engine.study.own.results import StudyResults, TrialRecord, done_of
 from vfix_engine.study.own.simulated import SimulatedTrials
 from vfix_engine.study.statistics import least_subjects, power
 from vfix_engine.worlds.registry import spec_of
-from vfix_engine.worlds.rigid.scene_parts import tool_parts
+
+if TYPE_CHECKING:
+    from app.services import Services
 
 NOTICE = "Not for clinical use."
 Progress = Callable[[float], object]
@@ -81,10 +83,10 @@ def run(args: argparse.Namespace, progress: Progress) -> int:
     names = [turn.name for order in order_of(study).values() for turn in order]
     done = results.read(names)
     if study.subjects.simulated:
-        operator_named(study.operator)
-        from app.commands.study_scenes import specs_of  # needs what the extra `app` brings
+        kind_of(study).operator(study.operator)
+        from app.commands.study_scenes import settings_of  # needs what the extra `app` brings
 
-        trials = SimulatedTrials(study, specs_of(optional_services(), study, conditions(study)))
+        trials = SimulatedTrials(study, settings_of(optional_services(), study, conditions(study)))
         done = done_of(study, done, trials.fingerprints)
         wanted = [name for name in names if is_simulated(name.subject) and name not in done]
         done |= _simulate(trials, wanted, results, args, progress)
@@ -163,10 +165,10 @@ def attach(args: argparse.Namespace, progress: Progress) -> int:
     for name, record in done.items():
         if record.run == _known_as(found) and name != turn.name:
             raise InputError(f"the run {found.name!r:.80} is trial {name.trial + 1} of {name.subject} already")
-    from app.commands.study_scenes import specs_of  # needs what the extra `app` brings
+    from app.commands.study_scenes import settings_of  # needs what the extra `app` brings
 
-    expected = specs_of(services, study, [turn.name.condition])[turn.name.condition]
-    record = _record_of(study, turn.name, found, expected)
+    expected = settings_of(services, study, [turn.name.condition])[turn.name.condition]
+    record = _record_of(services, study, turn.name, found, expected)
     results.write(record)
     words = labels(conditions(study))[turn.name.condition]
     _say(args, {"subject": args.subject, "position": turn.position, "condition": words, "trial": turn.name.trial + 1,
@@ -195,23 +197,16 @@ def _answers(study: StudyFile, results: StudyResults) -> list[AnsweredTlx]:
     return results.read_answers(study.subjects.codes, conditions(study))
 
 
-def _record_of(study: StudyFile, name: TrialName, found: FoundRun, expected: Any) -> TrialRecord:
+def _record_of(
+    services: Services | None, study: StudyFile, name: TrialName, found: FoundRun, expected: Any
+) -> TrialRecord:
     """The record of a run that was driven as a condition says. Raises InputError."""
-    recorded, condition = found.run, name.condition
-    spec: Any = spec_of(recorded)
-    wrong = []
-    if recorded.mode != condition.mode:
-        wrong.append(f"it was driven {recorded.mode}, not {condition.mode}")
-    scene = getattr(spec, "scene", None)
-    if scene is None or scene.path_points is None or not _same(scene.path_points, expected.scene.path_points):
-        wrong.append(f"its path is not that of the plan {condition.plan}")
-    elif tool_parts(scene.tool_itself()) != tool_parts(expected.scene.tool_itself()):
-        wrong.append(f"its tool is {scene.tool_itself().name}, another one than the trial's")
-    elif scene.printed != expected.scene.printed:
-        wrong.append(f"its program is not that of the arm {condition.arm}")
-    if wrong:
+    spec = spec_of(found.run)
+    if wrong := kind_of(study).unlike(found.run, spec, name.condition, expected):
         raise InputError(f"the run {found.name!r:.80} is not of this trial: {'; '.join(wrong)}")
-    return recorded_trial(study, name, recorded, spec, _known_as(found))
+    case_id = None if found.stored is None else found.stored.case_id
+    wall = None if services is None else services.lumen_routes.tasks.known_wall(case_id)
+    return recorded_trial(study, name, found.run, spec, _known_as(found), wall)
 
 
 def _known_as(found: FoundRun) -> str:
@@ -247,8 +242,7 @@ ACTIONS: Mapping[str, Callable[[argparse.Namespace, Progress], int]] = {
 def _opened(args: argparse.Namespace) -> tuple[StudyFile, StudyResults]:
     """The study, and the folder of its results. Raises InputError."""
     study = read_study(args.file)
-    for name in study.metrics:
-        metric_named(name)
+    kind_of(study).check(study)
     return study, StudyResults(args.results or args.file.with_suffix(".results"))
 
 
@@ -268,10 +262,6 @@ def _done(study: StudyFile, results: StudyResults, every: dict[str, list[Turn]])
 
 def _turn_words(row: Mapping[str, Any]) -> str:
     return f"next is {row['position']}, {row['condition']}, trial {row['trial']}"
-
-
-def _same(one: Any, other: Any) -> bool:
-    return one.shape == other.shape and bool(abs(one - other).max() < 1e-6)
 
 
 def _say(args: argparse.Namespace, told: dict[str, Any], lines: list[str]) -> None:

@@ -1,4 +1,4 @@
-"""The scenes of a user's study: each plan in its case with each tool, driven in each mode and arm."""
+"""How the conditions of a user's study are driven: each plan in its case with each tool, in each mode and arm."""
 
 from __future__ import annotations
 
@@ -19,18 +19,29 @@ from vfix_engine.anatomy.head_import import HeadRequest
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError
 from vfix_engine.study.own.file import OWN_TOOL, StudyCondition, StudyFile
+from vfix_engine.study.own.head_trials import Spec, spec_of_condition
 from vfix_engine.study.own.plugins import arm_named
-from vfix_engine.study.own.simulated import Spec, spec_of_condition
 from vfix_engine.worlds.rigid.scene import Scene
 
 
-def specs_of(
+def settings_of(
     services: Services | None, study: StudyFile, wanted: Sequence[StudyCondition]
-) -> dict[StudyCondition, Spec]:
-    """How each condition is driven. Arms of one plan and tool have the robot at one place.
+) -> dict[StudyCondition, Any]:
+    """The setting of each condition, as the kind of the study has it.
 
     Raises NotFound, InputError for what cannot be used, or AppMissing.
     """
+    if study.routes:
+        from app.commands.study_lumens import lumen_settings_of  # slow to load
+
+        return dict(lumen_settings_of(services, study, wanted))
+    return dict(_specs_of(services, study, wanted))
+
+
+def _specs_of(
+    services: Services | None, study: StudyFile, wanted: Sequence[StudyCondition]
+) -> dict[StudyCondition, Spec]:
+    """How each condition in a head is driven. Arms of one plan and tool have the robot at one place."""
     arms = {one.arm: arm_named(one.arm) for one in wanted if one.mode != "freehand"}  # before anything is computed
     plain = _plain_scenes(services, study)
     specs: dict[StudyCondition, Spec] = {}

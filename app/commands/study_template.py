@@ -22,6 +22,8 @@ plan = "head-phantom-sample"  # a plan's id or name, or a file
 simulated = 10              # simulated people, drawn from the seed
 codes = []                  # codes of real people, such as ["P01", "P02"]; never names
 
+# A study in lumens has [[routes]] in place of modes, tools and [[plans]]: docs/studies.md#in-a-lumen.
+
 # On the page, for real people; before [[plans]]:
 # consent = "I take part of my own will, and may stop at any time."
 # break_min = 5             # between conditions

@@ -31,8 +31,8 @@ class Recording:
     """One drive's recording.
 
     folder: of its run, created by the drive. case_id, document_id: what is driven; subject: its name.
-    comments: those written during the drive. plan_sha256: `driven_hash` of the plan; None of a route. began: when the
-    recording was made.
+    comments: those written during the drive. plan_sha256: `driven_hash` of the plan, or the key of
+    a route's way. began: when the recording was made.
     measure_by: called when the drive has ended; returns measurements of the run before it is stored.
     scores: compute its score once it is stored, so that lists have it; None: when somebody asks.
     unstored: recordings that could not be stored, such as on a full disk; they stay until they can be.

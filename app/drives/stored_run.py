@@ -31,7 +31,7 @@ class StoredRun:
     case_id, plan_id: what was driven, where that is stored. origin: page, command line, replay or study.
     manifest: as it was written; end: number of ticks, their digest and how many were lost, None for an interrupted
     run. files: by name. pierced: what the tool pierced, as in `PiercedReport`; None where that was not measured.
-    plan_sha256: `driven_hash` of the plan that was driven; None where that was not told.
+    plan_sha256: `driven_hash` of the plan that was driven, or the key of a route's way; None where that was not told.
     teacher: whether it is marked as the teacher's, of which a plan has one at most. comments: in the order of time.
     recorded: when it was stored; began: when its recording began, '' where that was not told.
     """

@@ -23,7 +23,7 @@ from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.study.polyps.printed import HOLD_S, POLYPS
 
 if TYPE_CHECKING:  # slow to load, as in `paths`
-    from vfix_engine.study.diathermy.labels import Label
+    from vfix_engine.study.diathermy.placing import PlacedLabels
     from vfix_engine.study.polyps.task import PolypTask
 
 TaskName = Literal["polyps", "labels"]
@@ -88,8 +88,8 @@ class RouteTasks:
         task = self._of_route(route, path) if choice.places == "route" else self._drawn(route, path, choice, heard)
         return replace(task, hold_s=choice.hold_s)
 
-    def labels(self, route: StoredRoute, choice: TaskChoice) -> tuple[Label, ...]:
-        """The labels of study II, where the robot of a route can trace them; takes seconds.
+    def labels(self, route: StoredRoute, choice: TaskChoice) -> PlacedLabels:
+        """The labels of study II, where the robot of a route can trace them, with how it does; takes seconds.
 
         Raises InputError where the robot is not on a fixed base, or no label can be placed.
         """
@@ -103,7 +103,7 @@ class RouteTasks:
         script, bound = case.script(), path.settings  # the robot is driven with the route's bound
         drive = replace(script.drive, bound_mm=bound.bound_mm, tip_bound_mm=bound.tip_bound_mm)
         bends = BendMap(replace(script, drive=drive).build())
-        return placed_labels(case, bends, choice.seed, min(choice.count, LABELS)).labels
+        return placed_labels(case, bends, choice.seed, min(choice.count, LABELS))
 
     def _of_route(self, route: StoredRoute, path: RoutePath) -> PolypTask:
         from vfix_engine.snake.conform.conforming import driven_curve

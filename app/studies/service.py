@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from app.cases.service import CaseService
 from app.documents import Document
@@ -11,42 +10,35 @@ from app.documents.documents import Documents
 from app.drives.runs import RunService
 from app.drives.stored_run import StoredRun
 from app.kit.errors import NotFound
+from app.lumen.service import RouteService
 from app.plans.service import PlanService
 from app.store import Store
 from app.studies.content import STUDY, LedStudy
 from app.studies.course import Place, course_of, file_of, without_simulated
+from app.studies.driven import Conditions, Driven
 from vfix_engine.errors import InputError, VfixError
-from vfix_engine.runtime.control_mode import FREEHAND, TELEOPERATED, Control
+from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.runtime.run import Run
-from vfix_engine.study.own.file import OWN_TOOL, PLAIN, StudyCondition, StudyFile, conditions, parse_study
+from vfix_engine.study.own.file import StudyCondition, StudyFile, conditions, parse_study
+from vfix_engine.study.own.kinds import kind_of
 from vfix_engine.study.own.order import Turn, order_of
-from vfix_engine.study.own.plugins import metric_named
 from vfix_engine.study.own.questionnaire import AnsweredTlx
 from vfix_engine.study.own.recorded import recorded_trial
 from vfix_engine.study.own.results import StudyResults
 from vfix_engine.worlds.registry import spec_of
 
 MOST_TRIALS = 10_000  # each is looked at whenever the page is told what is next
-_PRESETS = {PLAIN: None, "none": None, "li2004": "li2004", "li2007": "li2007"}
-
-
-@dataclass(frozen=True)
-class Driven:
-    """What a condition is driven with. preset: a paper's parameters, None for the plan's own."""
-
-    case_id: str
-    plan_id: str
-    control: Control
-    preset: str | None
-    view: str | None
 
 
 class Studies:
     """Thread-safe."""
 
-    def __init__(self, store: Store, cases: CaseService, plans: PlanService, runs: RunService) -> None:
+    def __init__(
+        self, store: Store, cases: CaseService, plans: PlanService, runs: RunService, routes: RouteService
+    ) -> None:
         self.documents: Documents[LedStudy] = Documents(store, STUDY)
-        self._cases, self._plans, self._runs = cases, plans, runs
+        self._runs, self._routes = runs, routes
+        self.conditions = Conditions(cases, plans, routes)
 
     def open(self, case_id: str, text: str) -> Document[LedStudy]:
         """Store a study of people, or return the one that is there of the same file, with how far it is.
@@ -59,8 +51,7 @@ class Studies:
             raise InputError("the study has no codes of people; give [subjects] codes.")
         if len(study.subjects.codes) * study.trials * len(conditions(study)) > MOST_TRIALS:
             raise InputError(f"the page leads up to {MOST_TRIALS:,} trials of people.")
-        for metric in study.metrics:
-            metric_named(metric)
+        kind_of(study).check(study)
         for condition in conditions(study):
             self.driven(text, condition)
         there = (one for one in self.documents.list(case_id) if not one.unreadable and one.content.text == text)
@@ -68,19 +59,7 @@ class Studies:
 
     def driven(self, text: str, condition: StudyCondition) -> Driven:
         """What the page sets for a trial. Raises NotFound, and InputError for what it cannot set."""
-        if condition.tool != OWN_TOOL:
-            raise InputError(f"the page drives the plan's own tool, not {condition.tool!r:.40}; set tools = ['plan'].")
-        if condition.arm not in _PRESETS:
-            raise InputError(f"the page has no arm {condition.arm!r:.40}; use plain, li2004 or li2007.")
-        cases = {case.id for case in self._cases.list() if condition.case in (case.id, case.name)}
-        plans = [one for one in self._plans.titles() if one.case_id in cases and condition.plan in (one.id, one.name)]
-        if not plans:
-            raise NotFound(f"the plan {condition.plan!r:.80} of the study is not here; import its case and plan first.")
-        if len(plans) > 1:
-            raise InputError(f"several plans are named {condition.plan!r:.80}; name it by its id.")
-        view = file_of(text).views.get(condition.mode)
-        control = Control(condition.mode, "rate" if condition.mode == TELEOPERATED else "position")
-        return Driven(plans[0].case_id, plans[0].id, control, _PRESETS[condition.arm], view)
+        return self.conditions.driven(file_of(text), condition)
 
     # -- results
 
@@ -116,9 +95,8 @@ class Studies:
             results.forget(name)
             if place.led is not None and place.led.run:
                 try:
-                    with self._runs.laid_out(place.led.run) as folder:
-                        run = Run.read(folder)
-                    results.write(recorded_trial(study, name, run, spec_of(run), place.led.run))
+                    run, wall = self._read(place.led.run)
+                    results.write(recorded_trial(study, name, run, spec_of(run), place.led.run, wall))
                 except (VfixError, ValueError) as error:
                     notes.append(f"{code}, trial {place.turn.position}: {error}")
                     results.write_skip(name, f"its run cannot be scored: {error}")
@@ -130,6 +108,12 @@ class Studies:
                     results.write_answer(AnsweredTlx.of(code, place.condition, ratings))
             progress(number / len(places))
         return notes
+
+    def _read(self, run_id: str) -> tuple[Run, TriangleMesh | None]:
+        """A run, and the wall of its lumen where it is one. Raises NotFound, and as ``Run.read``."""
+        with self._runs.laid_out(run_id) as folder:
+            run = Run.read(folder)
+        return run, self._routes.tasks.known_wall(self._runs.get(run_id).case_id)
 
     # -- runs
 
@@ -145,14 +129,15 @@ class Studies:
         if run_id:
             found = self._runs.get(run_id)
         else:  # a run of before may be stored after the trial has begun: what counts is when it began
-            runs = self._runs.list(plan_id=wanted.plan_id)
+            runs = self._runs.list(plan_id=wanted.document_id)
             newest = next((one for one in runs if one.began >= begun and one.id not in taken), None)
             if newest is None:
-                raise NotFound("no run of this plan has begun since the trial did; drive it, and press Finish run.")
+                raise NotFound("no run of it has begun since the trial did. Drive it, and press Finish run.")
             found = newest
         if found.id in taken:
             raise InputError("that run is another trial already.")
-        wrong = _differences(found, wanted) + self._changes_since(content, found)
+        wrong = wanted.differences(found, lambda: self._read(found.id)[0].events)
+        wrong += self._changes_since(content, found)
         if wrong:
             raise InputError(f"the run is not of this trial: {'; '.join(wrong)}. Drive it again.")
         return found.id
@@ -164,7 +149,7 @@ class Studies:
         alike = [run for run in same_plan if _driven_by(run) == _driven_by(found)]
         changed = []
         if same_plan and found.plan_sha256 != same_plan[0].plan_sha256:
-            changed.append("the plan was changed since the first trial")
+            changed.append("the plan or route was changed since the first trial")
         if alike and _settings(found) != _settings(alike[0]):
             changed.append("its settings are not those of the first trial of this condition")
         return changed
@@ -180,24 +165,10 @@ def _order_of_people(study: StudyFile) -> dict[str, list[Turn]]:
     return order_of(without_simulated(study))
 
 
-def _driven_by(run: StoredRun) -> tuple[str | None, object]:
-    return run.mode, run.manifest.get("preset")
+def _driven_by(run: StoredRun) -> tuple[object, ...]:
+    return run.mode, run.arm, run.manifest.get("preset")
 
 
 def _settings(run: StoredRun) -> object:
-    return run.manifest.get("spec", {}).get("settings")
-
-
-def _differences(run: StoredRun, wanted: Driven) -> list[str]:
-    found, control = [], wanted.control
-    if run.plan_id != wanted.plan_id:
-        found.append("it is of another plan")
-    if run.mode != control.mode:
-        found.append(f"it was driven {run.mode}, not {control.mode}")
-    elif control.mode == TELEOPERATED and run.manifest.get("device") != control.device:
-        found.append(f"its device was one of {run.manifest.get('device')}, not of {control.device}")
-    if control.mode != FREEHAND and run.manifest.get("preset") != wanted.preset:
-        found.append("it has other parameters")
-    if run.origin != "page":
-        found.append("nobody drove it on the page")
-    return found
+    spec = run.manifest.get("spec", {})
+    return spec.get("settings"), spec.get("drive")

@@ -20,6 +20,7 @@ from app.messages.fields import ClientMessage
 from app.scene.hand import GripDrag
 from app.services import Services
 from app.tabs.base import Tab
+from app.workspace.fixed_drive import FIXED, FixedDrive
 from app.workspace.workspace import Workspace
 from vfix_engine.errors import ControlError
 from vfix_engine.runtime.snapshot import Snapshot
@@ -66,6 +67,12 @@ class DriveTab(Tab, Generic[P, T]):
     def busy(self) -> bool:
         """Whether the robot comes, moves or has failed."""
         return self.now.shown_state not in ("absent", "ready", "paused")
+
+    @property
+    def fixed(self) -> FixedDrive | None:
+        """What a trial of a study that goes on fixes of the drive of what is open."""
+        fixed, key = self.workspace.fixed, self.key
+        return fixed if fixed is not None and key is not None and fixed.document_id == key.document_id else None
 
     # -- what a subclass says
 
@@ -146,6 +153,8 @@ class DriveTab(Tab, Generic[P, T]):
         elif isinstance(command, c.Comment):
             drive.comment(command.text)
         elif isinstance(command, c.SetDriveSettings):
+            if self.fixed is not None:
+                raise ControlError(FIXED)
             self.need_instructor()
             if self.now.prepared is None:  # they would be lost
                 raise ControlError(NOT_PLACED)

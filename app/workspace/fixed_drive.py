@@ -1,18 +1,17 @@
-"""What a trial of a study fixes of the drive of its plan."""
+"""What a trial of a study fixes of the drive of its plan or route."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vfix_engine.runtime.control_mode import Control
-
-FIXED = "a trial of the study fixes mode, parameters, settings and limits; finish, skip or cancel it in Study."
+FIXED = "a trial of the study fixes how it is driven; finish, skip or cancel it in Study."
 
 
 @dataclass(frozen=True)
 class FixedDrive:
-    """preset: a paper's parameters, None for the plan's own."""
+    """document_id: of the plan or route. how: it is driven, as the tab that does has it: a ``PlanDrive``, or
+    ``LumenDriveOptions``.
+    """
 
-    plan_id: str
-    control: Control
-    preset: str | None
+    document_id: str
+    how: object

@@ -23,6 +23,19 @@ plan = "head-phantom-sample"
 codes = ["P01"]
 """
 
+IN_CAVITY = """
+name = "In the cavity"
+trials = 1
+arms = ["guided"]
+[[routes]]
+case = "cavity-phantom"
+route = "cavity-phantom-sample"
+task = "kwok2"
+count = 1
+[subjects]
+codes = ["P01"]
+"""
+
 
 def test_a_whole_study(open_page: Callable[..., Workstation]) -> None:
     station = open_page()
@@ -75,6 +88,40 @@ def test_a_whole_study(open_page: Callable[..., Workstation]) -> None:
         assert {"trials.csv", "answers.csv", "report.html"} <= set(files.namelist())
         trials = files.read("trials.csv").decode().splitlines()[2:]
     assert sorted(line.split(",")[3] for line in trials) == ["freehand", "hands-on"]
+    assert station.errors == []
+
+
+def test_a_trial_in_a_lumen(open_page: Callable[..., Workstation]) -> None:
+    """From Study to Drive, which is set and locked, and back with the run."""
+    station = open_page(sample=False, viewport={"width": 900, "height": 640}).ready()  # a small picture to draw
+    page = station.page
+    page.click("[data-step=patient]")
+    page.locator("#cases .row-main", has_text="Body cavity").click()
+    station.wait_for("the cavity", lambda: (station.state("case") or {}).get("id") == "cavity-phantom")
+    page.evaluate("(text) => vfix.request('study.new', { text })", IN_CAVITY)
+    page.click("[data-step=study]")
+    expect(page.locator("#study-trial")).to_contain_text("Labels")
+    station.picture("study-lumen-trial")
+    page.click("#begin-trial")
+    station.wait_for("Drive", lambda: station.state("step")["name"] == "drive")
+    expect(page.locator("#bench")).to_have_attribute("data-layout", "endoscope-alone")
+    station.wait_for("the robot", lambda: station.rehearsal()["state"] == "ready", DRIVEN_S)
+    expect(page.locator("#trial-head")).to_have_text("P01: trial 1 of 1")
+    expect(page.locator("[data-arm=guided]")).to_have_attribute("aria-pressed", "true")
+    for locked in ("[data-arm=manual]", "#drive-preset", "[data-task=none]", "#reset", "#outside-view"):
+        expect(page.locator(locked)).to_be_disabled()
+    page.click("#start")
+    station.wait_for("the drive", lambda: station.rehearsal()["state"] == "running", DRIVEN_S)
+    tip = station.rehearsal()["tip"]
+    page.keyboard.down("d")
+    station.wait_for("a turn", lambda: station.rehearsal()["tip"] != tip, DRIVEN_S)
+    page.keyboard.up("d")
+    station.picture("study-lumen-driven")
+    page.click("#finish-run")
+    station.wait_for("the run", lambda: _study(station)["next"] == "done", DRIVEN_S)
+    station.wait_for("Study", lambda: station.state("step")["name"] == "study")
+    expect(page.locator("#study-done dd")).to_have_text(["1", "0"])
+    expect(page.locator("#bench")).not_to_have_attribute("data-layout", "endoscope-alone")
     assert station.errors == []
 
 

@@ -4,6 +4,7 @@ import { DEVICES, HandDevices } from "/static/js/devices/hand-devices.js";
 import { EndCard } from "/static/js/end-card.js";
 import { fixed } from "/static/js/format.js";
 import { ownsSpace } from "/static/js/keys.js";
+import { fixedLayout, isTrial, trialWords } from "/static/js/led-study.js";
 import { ENLARGE, LAID_OUT } from "/static/js/layout.js";
 import { draw, hintLine, html, live, nothing, said, titled } from "/static/js/template.js";
 import { forceSound } from "/static/js/endoscope/force-sound.js";
@@ -57,20 +58,22 @@ export default class DrivePanel {
   }
 
   /** @param {ViewModel} state */
-  update({ rehearsal, snake, route, step, drive_options: options, drive_task: task }) {
+  update(state) {
+    const { rehearsal, snake, route, step, drive_options: options, drive_task: task } = state, trial = isTrial(state);
     if (step?.name !== "drive") return;
     const runs = Boolean(rehearsal?.mine) && rehearsal?.state === "running";
     this.endCard.update(this.connection.state);
     this.finishTask(runs && Boolean(task?.now?.completed || task?.labels?.completed));
     draw(this.element, html`${this.endCard.element}
+      ${trial ? html`<div class="group"><h2 id="trial-head">${trialWords(state)}</h2></div>` : nothing}
       <div class="group" id="arms">${controlGroup(this.connection, options, snake, runs)}</div>
       <div class="group" id="task">${taskGroup(this.connection, task)}</div>
-      <div class="group">${titled("Drive", null, this.drive(rehearsal, route))}</div>
+      <div class="group">${titled("Drive", null, this.drive(rehearsal, route, trial))}</div>
       <div class="group">${titled("Robot", null, snake ? figures(snake) : html`<p class="words">Appears at the entry.</p>`)}${this.camera(rehearsal, snake)}</div>
       <div class="group">${titled("Handle", null, this.handle(rehearsal))}</div>
       <div class="group" id="devices">${titled("Device", null, this.device())}</div>
-      <div class="group">${titled("View", null, this.views(snake))}</div>
-      <div class="group">${snake?.fixed ? nothing : tissueGroup(this.connection, route, Boolean(snake))}</div>`);
+      <div class="group">${titled("View", null, this.views(snake, Boolean(fixedLayout(state))))}</div>
+      <div class="group">${snake?.fixed || trial ? nothing : tissueGroup(this.connection, route, Boolean(snake))}</div>`);
   }
 
   /**
@@ -99,8 +102,9 @@ export default class DrivePanel {
   /**
    * @param {ViewModel["rehearsal"]} rehearsal
    * @param {RouteSection | null | undefined} route
+   * @param {boolean} trial of a study, which has no second beginning
    */
-  drive(rehearsal, route) {
+  drive(rehearsal, route, trial) {
     const { state = "absent", words, mine, can_take, unrecorded } = rehearsal ?? {};
     const running = state === "running", silent = state === "silent";
     const narrow = route && tooNarrow(this.connection.state.route_path, route);
@@ -112,7 +116,7 @@ export default class DrivePanel {
       <div class="buttons even">
         <button type="button" class="primary" id="start" ?disabled=${!running && !startable}
           @click=${() => this.connection.send(running ? "rehearsal.pause" : "rehearsal.start")}>${running ? "Pause" : state === "paused" ? "Continue" : "Start"}</button>
-        <button type="button" id="reset" ?disabled=${!(mine && LIVE.includes(state)) && !silent}
+        <button type="button" id="reset" ?disabled=${!(mine && !trial && LIVE.includes(state)) && !silent}
           @click=${() => this.connection.send(silent ? "rehearsal.end" : "rehearsal.reset")}>${silent ? "End process" : "Reset"}</button>
       </div>${hintLine("drive-help", this.connection.state.snake?.fixed ? "Drag turns the camera." : "Wheel inserts, drag turns.", HELP)}`;
   }
@@ -159,14 +163,17 @@ export default class DrivePanel {
       ${ask ? html`<button type="button" class="wide" id="connect-device" @click=${() => devices.spaceMouse.ask()}>Connect SpaceMouse</button>` : nothing}`;
   }
 
-  /** @param {SnakeView | null | undefined} snake */
-  views(snake) {
+  /**
+   * @param {SnakeView | null | undefined} snake
+   * @param {boolean} laid the layout is fixed
+   */
+  views(snake, laid) {
     const outside = this.layout !== "endoscope-alone";
     const on = (/** @type {Event} */ { currentTarget }) => /** @type {HTMLInputElement} */ (currentTarget).checked;
     const lay = (/** @type {Event} */ event) => window.dispatchEvent(new CustomEvent(ENLARGE, { detail: on(event) ? null : "endoscope-alone" }));
     const bends = snake?.steered ? html`<label class="check"><input type="checkbox" id="control-bends" .checked=${live(snake.shown)}
       @change=${(/** @type {Event} */ event) => this.connection.send("drive.bends", { on: on(event) })}>Control bends</label>` : nothing;
-    return html`<label class="check"><input type="checkbox" id="outside-view" .checked=${live(outside)} @change=${lay}>Outside view</label>
+    return html`<label class="check"><input type="checkbox" id="outside-view" .checked=${live(outside)} ?disabled=${laid} @change=${lay}>Outside view</label>
       ${bends}
       <label class="check"><input type="checkbox" id="force-sound" .checked=${live(forceSound.on)} @change=${(/** @type {Event} */ event) => forceSound.turn(on(event))}>Sound of force</label>`;
   }

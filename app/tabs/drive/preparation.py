@@ -9,12 +9,12 @@ from typing import Any
 from app.cases.model import Case
 from app.drives.prepared_drive import PreparedDrive
 from app.lumen.document import Route, StoredRoute
+from app.lumen.drive_options import LumenDriveOptions
 from app.lumen.lens_wall import LensWall
 from app.lumen.paths import RoutePath
 from app.lumen.task_watch import LabelWatch, PolypWatch, TaskWatch
 from app.lumen.tasks import route_polyps
 from app.services import Services
-from app.tabs.drive.options import LumenDriveOptions
 from vfix_engine.runtime.process import ControlProcess
 from vfix_engine.worlds.registry import SNAKE
 from vfix_engine.worlds.snake import DriveSettings, SnakeSettings, SnakeSystemSpec
@@ -60,7 +60,8 @@ def prepare(
     SNAKE.wait(lambda: tell(f"First start: preparing the snake, {100 * SNAKE.progress():.0f} %"))
     settings = SnakeSettings(step_s=STEP_S, bound_mm=drive.bound_mm, tip_bound_mm=drive.tip_bound_mm)
     spec = SnakeSystemSpec(path.contours, path.snake, settings, drive, path.tissue, base=path.base)
-    recording, unrecorded = services.recordings.attempt(route.case_id, route.id, route.name)
+    driven = services.lumen_routes.paths.key(route)
+    recording, unrecorded = services.recordings.attempt(route.case_id, route.id, route.name, plan_sha256=driven)
     return PreparedSnake(
         spec=spec,
         settings=settings,
@@ -103,7 +104,7 @@ def watched_task(
     if options.task.task == "labels":
         tell("Drawing labels that this robot can trace …")
         cavity = tasks.wall(route.case_id)
-        labels = tasks.labels(route, options.task)
+        labels = tasks.labels(route, options.task).labels
         return LabelWatch(labels, options.task.seed, surface_hash(cavity), path.snake, Wall(cavity).free)
     task = tasks.polyps(
         route,

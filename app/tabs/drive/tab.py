@@ -16,6 +16,7 @@ from app.drives.view import FREE, details_section
 from app.kit.errors import NotFound
 from app.kit.kept import Same
 from app.lumen.document import StoredRoute
+from app.lumen.drive_options import LumenDriveOptions
 from app.lumen.tasks import TaskChoice, TaskName, tasks_in
 from app.messages.fields import ClientMessage
 from app.messages.sections import Section, Sections
@@ -23,11 +24,12 @@ from app.scene.lumen import PathwayNodes
 from app.scene.robot import ToolNodes
 from app.tabs.drive import SPEC
 from app.tabs.drive import commands as c
-from app.tabs.drive.options import LumenDriveOptions, options_view
+from app.tabs.drive.options import options_view
 from app.tabs.drive.preparation import PreparedSnake, made_of, prepare
 from app.tabs.drive.task import chosen_task, task_layers, task_section
 from app.tabs.drive.view import free_words, scope_section, snake_section
 from app.tabs.drive_tab import NOT_HELD, DriveTab
+from app.workspace.fixed_drive import FIXED
 from app.workspace.layers import Layer
 from app.workspace.workspace import Workspace
 from vfix_engine.arrays import Array
@@ -75,15 +77,18 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
 
     @property
     def options(self) -> LumenDriveOptions:
-        """What is chosen for this drive and the next one."""
-        drive = self.drive
+        """What is chosen for this drive and the next one, or what a trial fixes."""
+        fixed, drive = self.fixed, self.drive
+        if fixed is not None and isinstance(fixed.how, LumenDriveOptions):
+            return fixed.how
         return LumenDriveOptions() if drive is None or drive.options is None else drive.options
 
     def prepare(self, tell: Tell) -> PreparedSnake:
         route = self._route
         if route is None or self.drive is None:
             raise ControlError("make a route first.")
-        return prepare(self.workspace.services, route, self.options, tell)
+        self.drive.options = options = self.options  # those of a trial stay with its robot
+        return prepare(self.workspace.services, route, options, tell)
 
     def enter(self) -> None:
         """Put the robot at the entry where nobody else has it."""
@@ -153,6 +158,8 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
             raise ControlError(NOT_HELD)
         if options == self.options:
             return
+        if self.fixed is not None:
+            raise ControlError(FIXED)
         drive.options = options
         if now.state != "absent":
             self._run_when_ready = False
@@ -161,6 +168,8 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
 
     def reset(self, drive: SharedDrive[PreparedSnake, SnakeSnapshot]) -> None:
         """Back to the entry; a task ends with its run, but is taken along to a route that has changed."""
+        if self.fixed is not None:
+            raise ControlError(FIXED)
         if self.options.task is None or self.changed:
             super().reset(drive)
         else:
@@ -185,7 +194,7 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
     # -- what the page and the scene show
 
     def subject(self) -> object:
-        return self.workspace.opened.id(KIND), self.workspace.services.store.changes.of(KIND)
+        return self.fixed, self.workspace.opened.id(KIND), self.workspace.services.store.changes.of(KIND)
 
     def refresh(self) -> None:
         self._route = self._read_route()
@@ -200,13 +209,13 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
         told = case is not None and self.active
         shown = self._shows_bends
         figures = Same(now.snapshot), Same(now.prepared), now.settings, shown
-        options = self.options, now.may_prepare
+        options = self.options, now.may_prepare and self.fixed is None
         return {
             "rehearsal": Section((*self.drive_key(), self.changed), self._section),
             "details": Section(Same(now.snapshot), lambda: details_section(now.snapshot)),
             "snake": Section(figures, lambda: snake_section(now, shown)),
             "drive_options": Section(options, lambda: options_view(*options)),
-            "drive_task": task_section(now, self.options.task, route, self._offered()),
+            "drive_task": task_section(now, *options, route, self._offered()),
             "scope": Section(
                 (told, Same(case), Same(route), Same(known), live),
                 lambda: scope_section(case.id, case.content_hash, route, known, live) if case and told else None,

@@ -7,6 +7,7 @@ from typing import Any
 from app.drives.view import place
 from app.kit.kept import Same
 from app.lumen.document import StoredRoute
+from app.lumen.drive_options import LumenDriveOptions
 from app.lumen.task_watch import LabelWatch, PolypWatch, TaskWatch
 from app.lumen.tasks import TaskChoice, TaskName
 from app.messages.sections import Section
@@ -32,15 +33,16 @@ def chosen_task(command: c.ChooseTask) -> TaskChoice | None:
 
 
 def task_section(
-    now: SnakeRecord, chosen: TaskChoice | None, route: StoredRoute | None, offered: tuple[TaskName, ...]
+    now: SnakeRecord, options: LumenDriveOptions, open_: bool, route: StoredRoute | None, offered: tuple[TaskName, ...]
 ) -> Section[object]:
-    """The :class:`DriveTaskView`. offered: in the open case."""
+    """The :class:`DriveTaskView`. open_: this client may choose; offered: in the open case."""
+    chosen = options.task
     watch = None if now.prepared is None else now.prepared.task
     polyps = watch if isinstance(watch, PolypWatch) else None
     labels = watch if isinstance(watch, LabelWatch) else None
     progress, state = None if polyps is None else polyps.progress, None if labels is None else labels.state
     marks = 0 if route is None else sum(mark.kind == "polyp" for mark in route.content.marks)
-    told = offered, chosen, marks, now.may_prepare, None if watch is None else watch.trouble
+    told = offered, chosen, marks, open_, None if watch is None else watch.trouble
 
     def build() -> DriveTaskView:
         choice = chosen or TaskChoice()
@@ -50,7 +52,7 @@ def task_section(
             "places": choice.places,
             "seed": choice.seed,
             "marks": marks,
-            "open": now.may_prepare,
+            "open": open_,
             "now": None if polyps is None or progress is None else _task_now(polyps, progress),
             "labels": None if labels is None or state is None else labels_now(labels, state),
         }

@@ -6,7 +6,7 @@ import { EndCard } from "/static/js/end-card.js";
 import { isOld } from "/static/js/verdict-line.js";
 import { fixed, mm } from "/static/js/format.js";
 import { holdButton } from "/static/js/hold.js";
-import { isTrial } from "/static/js/led-study.js";
+import { isTrial, trialWords } from "/static/js/led-study.js";
 import { NearnessGauge } from "/static/js/nearness.js";
 import { say } from "/static/js/said.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
@@ -135,7 +135,7 @@ export default class RehearsePanel {
     const trial = isTrial(state);
     this.trial.hidden = !trial;
     this.assignment.element.hidden = trial; // one task at a time
-    if (trial) say(this.trialHead, `${state.study?.subject}: trial ${state.study?.trial?.position} of ${state.study?.total}`);
+    if (trial) say(this.trialHead, trialWords(state));
     const adjustable = live && !trial && Boolean(rehearsal.mine);
     this.changedFields([state.settings, adjustable], () => this.renderFields(state.settings, adjustable));
     const freehand = isFree(rehearsal);

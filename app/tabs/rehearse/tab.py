@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from app.drives.plan_drive import PlanDrive
 from app.kit.kept import Kept, Same
 from app.messages.fields import ClientMessage
 from app.messages.sections import Section, Sections
@@ -34,7 +35,7 @@ from app.tabs.rehearse.view import (
     settings_section,
     tool_section,
 )
-from app.workspace.fixed_drive import FIXED, FixedDrive
+from app.workspace.fixed_drive import FIXED
 from app.workspace.layers import Layer
 from app.workspace.plan_items import curve_layer, curve_section, entries, items_layer, plan_items
 from app.workspace.workspace import Workspace
@@ -94,15 +95,7 @@ class RehearseTab(RehearsalSession):
             self.truth.choose(command)
         else:
             self.need_plan()
-            if isinstance(command, c.SetDriveSettings) and self._fixed is not None:
-                raise ControlError(FIXED)
             super().handle(command)
-
-    @property
-    def _fixed(self) -> FixedDrive | None:
-        """What a trial that goes on fixes of the open plan's drive."""
-        fixed = self.workspace.fixed
-        return fixed if fixed is not None and fixed.plan_id == self._plan_id else None
 
     def _set_options(self, command: c.SetOptions) -> None:
         plan = self.need_plan()
@@ -117,7 +110,7 @@ class RehearseTab(RehearsalSession):
             stop_mm=command.stop_mm,
             centre=place,
         )
-        if self._fixed is not None and wanted.in_force != NO_OPTIONS:
+        if self.fixed is not None and wanted.in_force != NO_OPTIONS:
             raise ControlError(FIXED)
         self._services.rehearsal_options.choose(plan.id, wanted)
 
@@ -155,8 +148,7 @@ class RehearseTab(RehearsalSession):
         if not (now.may_instruct if now.state == "ready" else now.may_prepare):
             raise ControlError(NOT_HELD)
         before, preset, control = drive.control, drive.preset, Control(command.mode, command.device)
-        fixed = self._fixed
-        if fixed is not None and (control, command.preset) != (fixed.control, fixed.preset):
+        if self.fixed is not None and self.fixed.how != PlanDrive(control, command.preset):
             raise ControlError(FIXED)
         drive.choose(control, command.preset)
         now = self.read()  # what came before the choice was made is told it here, what comes later begins with it
@@ -264,8 +256,8 @@ class RehearseTab(RehearsalSession):
         plan, wanted = self.workspace.plan.current, self.wanted
         along = wanted.remote_centre or wanted.tube_mm is not None or wanted.stop_mm is not None
         if plan is not None and self.now.prepared is None and not along:
-            return wanted, self._fixed, plan.id, len(plan.content.points) < 2
-        return wanted, self._fixed, Same(plan), self._services.store.changes.of(self._services.registrations.kind.name)
+            return wanted, self.fixed, plan.id, len(plan.content.points) < 2
+        return wanted, self.fixed, Same(plan), self._services.store.changes.of(self._services.registrations.kind.name)
 
     def refresh(self) -> None:
         self._compare(self.read())
@@ -313,7 +305,7 @@ class RehearseTab(RehearsalSession):
     def _options(self, now: RehearsalRecord) -> Section[OptionsSection]:
         plan, wanted = self.workspace.plan.current, self.wanted
         in_force = None if now.prepared is None else now.prepared.options
-        free, fixed = now.holder is None, self._fixed is not None
+        free, fixed = now.holder is None, self.fixed is not None
         key = Same(plan), wanted, in_force, now.may_prepare, free, fixed, Same(self._centre.known), self._has_ct
 
         def build() -> OptionsSection:

@@ -6,7 +6,7 @@ import { download } from "/static/js/rest.js";
 import { draw, filesButton, hintLine, html, iconTool, nothing, repeat, titled } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
-/** @import { Commands, LedStudyView, TrialView, ViewModel } from "/static/js/types.js" */
+/** @import { Commands, LedStudyView, LumenTrialView, TrialView, ViewModel } from "/static/js/types.js" */
 
 /** @type {[string, string, string][]} name, low end, high end; in the order of the planner's */
 const SCALES = [
@@ -15,9 +15,14 @@ const SCALES = [
 ];
 const MIDDLE = 50;
 const TLX_HELP = "NASA-TLX without weights: six scales of 0 to 100 in steps of 5. Each has to be moved or clicked once.";
-const TRIAL_HELP = "Begin opens the plan in Rehearse, in its mode and view. Press Finish run there at the end; the run becomes the trial, and this tab comes back.";
+const TRIAL_HELP = "Begin opens the plan in Rehearse, in its mode and view, or the route in Drive, in its arm with its task. "
+  + "Press Finish run there at the end, unless the task ends it; the run becomes the trial, and this tab comes back.";
 /** @type {Commands["rehearsal.options"]} */
 const NO_LIMITS = { soft_tissue: false, remote_centre: false, speed_limit: false };
+/** Of each tab that drives its name, and of a document how it is called. @type {Record<TrialView["tab"], [string, string]>} */
+const TABS = { rehearse: ["Rehearse", "Plan"], drive: ["Drive", "Route"] };
+/** @type {Record<LumenTrialView["task"], string>} */
+const TASKS = { polyps: "Polyps", labels: "Labels" };
 
 export default class StudyPanel {
   /** @param {{ connection: Connection }} page */
@@ -115,10 +120,8 @@ export default class StudyPanel {
     const { subject, total, each } = study;
     return titled(`Trial ${trial.position} of ${total}`, null, html`
       ${study.break_min ? html`<p class="words" id="study-break" role="status">Break first: ${study.break_min} min.</p>` : nothing}
-      <dl class="facts" id="study-trial"><dt>Mode</dt><dd>${trial.mode}</dd><dt>Plan</dt><dd>${trial.plan}</dd>${
-        trial.preset ? html`<dt>Parameters</dt><dd>${trial.preset}</dd>` : nothing}${
-        trial.view ? html`<dt>View</dt><dd>${trial.view}</dd>` : nothing}<dt>In this condition</dt><dd>${trial.number} of ${each}</dd></dl>
-      ${hintLine("study-words", trial.running ? "The trial goes on in Rehearse." : `${subject} drives next.`, TRIAL_HELP)}
+      <dl class="facts" id="study-trial">${facts(trial).map(([term, value]) => html`<dt>${term}</dt><dd>${value}</dd>`)}<dt>In this condition</dt><dd>${trial.number} of ${each}</dd></dl>
+      ${hintLine("study-words", trial.running ? `The trial goes on in ${TABS[trial.tab][0]}.` : `${subject} drives next.`, TRIAL_HELP)}
       ${trial.running
         ? html`<div class="buttons even"><button type="button" class="primary" id="back-to-trial" @click=${() => this.set(trial)}>Back to trial</button>
           <button type="button" id="cancel-trial" data-operation="study.repeat" @click=${() => this.again(study, trial.position)}>Cancel trial</button></div>`
@@ -140,21 +143,21 @@ export default class StudyPanel {
     if (!await this.open(trial)) return;
     const { rehearsal } = this.connection.state;
     if (rehearsal?.state && rehearsal.state !== "absent" && !await this.ask("rehearsal.end", {})) return;
-    if (!await this.ask("rehearsal.options", NO_LIMITS)) return;
+    if (trial.plan && !await this.ask("rehearsal.options", NO_LIMITS)) return;
     if (await this.ask("study.begin", { subject })) await this.set(trial);
   }
 
-  /** Open the case and plan of a trial. @param {TrialView} trial */
-  async open({ case_id: head, plan_id: plan }) {
-    if (this.connection.state.case?.id !== head && !await this.ask("case.open", { case_id: head })) return false;
-    return this.connection.state.plan?.id === plan || this.ask("plan.open", { plan_id: plan });
+  /** Open the case and the plan or route of a trial. @param {TrialView} trial */
+  async open({ case_id: id, document_id: document, plan }) {
+    if (this.connection.state.case?.id !== id && !await this.ask("case.open", { case_id: id })) return false;
+    if (plan) return this.connection.state.plan?.id === document || this.ask("plan.open", { plan_id: document });
+    return this.connection.state.route?.id === document || this.ask("route.open", { route_id: document });
   }
 
-  /** Go to what the trial is driven with. @param {TrialView} trial */
+  /** Go to what the trial is driven with; the planner itself sets a drive of a lumen. @param {TrialView} trial */
   async set(trial) {
-    const { mode, device, preset } = trial;
-    if (!await this.open(trial) || !await this.ask("rehearsal.control", { mode, device, preset })) return;
-    await this.ask("step.set", { name: "rehearse" });
+    if (!await this.open(trial) || (trial.plan && !await this.ask("rehearsal.control", trial.plan))) return;
+    await this.ask("step.set", { name: trial.tab });
   }
 
   /** @param {LedStudyView} study @param {TrialView} trial */
@@ -175,4 +178,18 @@ export default class StudyPanel {
     this.rated.values[index] = Number(/** @type {HTMLInputElement} */ (currentTarget).value);
     this.update(this.connection.state);
   }
+}
+
+/**
+ * How a trial is driven, as names and values.
+ * @param {TrialView} trial
+ * @returns {[string, string | null | undefined][]}
+ */
+function facts({ tab, document, plan, lumen, view }) {
+  /** @type {[string, string | null | undefined][]} */
+  const every = [
+    ["Mode", plan?.mode], ["Task", lumen && TASKS[lumen.task]], ["Arm", lumen?.arm], [TABS[tab][1], document],
+    ["Parameters", (plan ?? lumen)?.preset], ["View", view],
+  ];
+  return every.filter(([, value]) => value);
 }

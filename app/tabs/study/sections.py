@@ -21,22 +21,38 @@ class MissingView(TypedDict):
     reason: str
 
 
+class PlanTrialView(TypedDict):
+    """device: of a teleoperated trial, else without effect. preset: a paper's parameters, None for the plan's own."""
+
+    mode: Literal["freehand", "hands-on", "teleoperated"]
+    device: Literal["position", "rate"]
+    preset: Literal["li2004", "li2007"] | None
+
+
+class LumenTrialView(TypedDict):
+    """preset: a paper's parameters, None for those of the route."""
+
+    arm: Literal["manual", "guided", "certified"]
+    task: Literal["polyps", "labels"]
+    preset: Literal["kwok2013"] | None
+
+
 class TrialView(TypedDict):
     """The next trial. position: in the subject's order; number: of the condition; running: it has begun.
 
-    device: of a teleoperated trial, else without effect. preset: a paper's parameters, None for the plan's own; view:
-    that is shown, None for any.
+    tab: that drives it. document_id: of the plan or route, document: its name. plan, lumen: how it is driven, one of
+    them. view: that is shown, None for any.
     """
 
     position: int
     number: int
     label: str
+    tab: Literal["rehearse", "drive"]
     case_id: str
-    plan_id: str
-    plan: str
-    mode: Literal["freehand", "hands-on", "teleoperated"]
-    device: Literal["position", "rate"]
-    preset: Literal["li2004", "li2007"] | None
+    document_id: str
+    document: str
+    plan: PlanTrialView | None
+    lumen: LumenTrialView | None
     view: Literal["outside", "endoscope"] | None
     running: bool
 

@@ -79,14 +79,14 @@ class StudyTab(Tab):
     # -- a trial that goes on
 
     def _fixed(self) -> FixedDrive | None:
-        """Mode and parameters, which Rehearse does not change meanwhile. Raises VfixError where the plan is gone."""
+        """How it is driven, which nobody changes meanwhile. Raises VfixError where its plan or route is gone."""
         document = self._document
         led = None if document is None else running_of(document.content)
         if document is None or led is None:
             return None
         place = next(one for one in course_of(document.content, led.subject) if one.led == led)
         driven = self._studies.driven(document.content.text, place.condition)
-        return FixedDrive(driven.plan_id, driven.control, driven.preset)
+        return FixedDrive(driven.document_id, driven.how)
 
     def tick(self) -> bool:
         """A run that was stored becomes the trial that goes on, also one that was stored while no page was there."""

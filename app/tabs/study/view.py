@@ -5,8 +5,9 @@ from __future__ import annotations
 from app.documents import Document
 from app.studies.content import LedStudy
 from app.studies.course import Place, chosen_of, course_of, file_of, following_of, next_of
+from app.studies.driven import Driven, DrivenPlan, DrivenRoute
 from app.studies.service import Studies
-from app.tabs.study.sections import LedStudyView, SubjectView, TrialView
+from app.tabs.study.sections import LedStudyView, LumenTrialView, PlanTrialView, SubjectView, TrialView
 
 
 def study_view(document: Document[LedStudy], studies: Studies) -> LedStudyView:
@@ -50,7 +51,7 @@ def study_hint(content: LedStudy) -> str:
     if now.place is None:
         return f"{following} is next." if following else "Everybody is done: Save results."
     if now.place.led is not None:
-        return "The trial goes on in Rehearse."
+        return f"The trial goes on in {'Drive' if file_of(content.text).routes else 'Rehearse'}."
     return f"{subject} drives {now.place.label} next: Begin trial."
 
 
@@ -65,12 +66,25 @@ def _trial(content: LedStudy, place: Place, studies: Studies) -> TrialView:
         "position": place.turn.position,
         "number": place.turn.name.trial + 1,
         "label": place.label,
+        "tab": driven.tab,
         "case_id": driven.case_id,
-        "plan_id": driven.plan_id,
-        "plan": place.condition.plan,
-        "mode": driven.control.mode,
-        "device": driven.control.device,
-        "preset": driven.preset,  # type: ignore[typeddict-item]
-        "view": driven.view,  # type: ignore[typeddict-item]
+        "document_id": driven.document_id,
+        "document": place.condition.plan,
+        "plan": _plan(driven),
+        "lumen": _lumen(driven),
+        "view": driven.view,
         "running": place.led is not None and not place.settled,
     }
+
+
+def _plan(driven: Driven) -> PlanTrialView | None:
+    if not isinstance(driven, DrivenPlan):
+        return None
+    control, preset = driven.how
+    return PlanTrialView(mode=control.mode, device=control.device, preset=preset)  # type: ignore[typeddict-item]
+
+
+def _lumen(driven: Driven) -> LumenTrialView | None:
+    if not isinstance(driven, DrivenRoute) or driven.how.task is None:
+        return None
+    return {"arm": driven.how.arm, "task": driven.how.task.task, "preset": driven.how.preset}

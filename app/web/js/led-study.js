@@ -7,6 +7,7 @@ import { keep, recallText } from "./remember.js";
 /** @import { Layout } from "./layout.js" */
 
 const KEPT = "study";
+const DRIVING = ["rehearse", "drive"]; // the tabs in which trials are driven
 
 /** Ask for the file of a study and open it. @param {Connection} connection */
 export function chooseStudy(connection) {
@@ -44,7 +45,7 @@ export function followStudy(connection) {
     }
     const before = running;
     running = isTrial(state);
-    if (before && state.study && !running && state.step?.name === "rehearse") connection.send("step.set", { name: "study" });
+    if (before && state.study && !running && DRIVING.includes(state.step?.name ?? "")) connection.send("step.set", { name: "study" });
   });
 }
 
@@ -66,13 +67,19 @@ export async function closeStudy(connection) {
   await connection.request("study.show", { study_id: null });
 }
 
-/** Whether a trial goes on, which fixes how its plan is driven. @param {ViewModel} state */
-export function isTrial({ study, plan }) {
-  return Boolean(study?.next === "trial" && study.trial?.running && (!plan || plan.id === study.trial.plan_id));
+/** Whether a trial goes on, which fixes how its plan or route is driven. @param {ViewModel} state */
+export function isTrial({ study, plan, route }) {
+  const trial = study?.next === "trial" ? study.trial : null, open = trial?.plan ? plan : route;
+  return Boolean(trial?.running && (!open || open.id === trial.document_id));
+}
+
+/** Which trial it is, in words. @param {ViewModel} state */
+export function trialWords({ study }) {
+  return `${study?.subject}: trial ${study?.trial?.position} of ${study?.total}`;
 }
 
 /** The layout that a trial has, null for any. @param {ViewModel} state @returns {Layout | null} */
 export function fixedLayout(state) {
-  const view = isTrial(state) && state.step?.name === "rehearse" ? state.study?.trial?.view : null;
+  const trial = isTrial(state) ? state.study?.trial : null, view = state.step?.name === trial?.tab ? trial?.view : null;
   return view === "endoscope" ? "endoscope-alone" : view === "outside" ? "scene" : null;
 }

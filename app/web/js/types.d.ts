@@ -1447,21 +1447,35 @@ export interface SubjectView {
 /**
  * The next trial. position: in the subject's order; number: of the condition; running: it has begun.
  *
- * device: of a teleoperated trial, else without effect. preset: a paper's parameters, None for the plan's own; view:
- * that is shown, None for any.
+ * tab: that drives it. document_id: of the plan or route, document: its name. plan, lumen: how it is driven, one of
+ * them. view: that is shown, None for any.
  */
 export interface TrialView {
   position: number;
   number: number;
   label: string;
+  tab: "rehearse" | "drive";
   case_id: string;
-  plan_id: string;
-  plan: string;
+  document_id: string;
+  document: string;
+  plan: PlanTrialView | null;
+  lumen: LumenTrialView | null;
+  view: "outside" | "endoscope" | null;
+  running: boolean;
+}
+
+/** device: of a teleoperated trial, else without effect. preset: a paper's parameters, None for the plan's own. */
+export interface PlanTrialView {
   mode: "freehand" | "hands-on" | "teleoperated";
   device: "position" | "rate";
   preset: "li2004" | "li2007" | null;
-  view: "outside" | "endoscope" | null;
-  running: boolean;
+}
+
+/** preset: a paper's parameters, None for those of the route. */
+export interface LumenTrialView {
+  arm: "manual" | "guided" | "certified";
+  task: "polyps" | "labels";
+  preset: "kwok2013" | null;
 }
 
 /** A trial that was skipped, and why. */

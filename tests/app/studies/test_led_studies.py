@@ -168,7 +168,7 @@ def test_the_newest_run_that_began_since_then_is_the_trial(led: Led) -> None:
     led.do(o.BeginTrial(subject="P01"))
     for began in ("", led.services.runs.get(led.run.id).began):  # one of before, stored only now
         led.store(began=began, recorded=utc_now())
-        with pytest.raises(NotFound, match="no run of this plan has begun"):
+        with pytest.raises(NotFound, match="no run of it has begun"):
             led.do(o.AttachRun(subject="P01"))
     led.store(began=utc_now())
     content = led.do(o.AttachRun(subject="P01"))
@@ -204,7 +204,7 @@ def test_plan_and_settings_stay_those_of_the_first_trial(led: Led) -> None:
     led.do(o.AttachRun(subject="P01", run_id=led.run.id))
     other = led.another_run(plan_sha256="b" * 64, manifest={"spec": {"settings": {"margin_mm": 2.0}}})
     led.do(o.BeginTrial(subject="P01"))
-    with pytest.raises(InputError, match=r"the plan was changed since.*; its settings are not those"):
+    with pytest.raises(InputError, match=r"the plan or route was changed since.*; its settings are not those"):
         led.do(o.AttachRun(subject="P01", run_id=other))
 
 

@@ -16,10 +16,10 @@ from app.cases.model import CaseLandmark, to_triple
 from app.drives import commands as drives
 from app.drives.shared_drives import SharedDrives
 from app.lumen.document import StoredRoute
+from app.lumen.drive_options import LumenDriveOptions
 from app.messages.client import Client
 from app.services import Services
 from app.tabs.drive import preparation
-from app.tabs.drive.options import LumenDriveOptions
 from app.tabs.drive.routes import COLUMNS
 from app.tabs.drive.view import passed
 from vfix_engine.errors import ControlError

@@ -11,6 +11,7 @@ import pytest
 from session_doubles import CLIENT, SAMPLE, Robot, put_in_place, sections_of, workspace_of
 
 from app.drives import drive_process
+from app.drives.plan_drive import PlanDrive
 from app.drives.prepared_drive import PreparedDrive
 from app.drives.shared_drives import SharedDrives
 from app.messages.client import Client
@@ -113,7 +114,7 @@ def test_to_and_from_freehand_the_drive_ends_and_another_one_stands_at_the_entry
 
 def test_a_trial_of_a_study_fixes_mode_parameters_settings_and_limits(tab: RehearseTab, opened: list[Control]) -> None:
     plan = _plan(tab)
-    tab.workspace.fixed = FixedDrive(plan.id, TELEOPERATED, "li2007")
+    tab.workspace.fixed = FixedDrive(plan.id, PlanDrive(TELEOPERATED, "li2007"))
     assert _say(tab, "teleoperated", "rate", "li2007")["mode"] == "teleoperated", "what is fixed can be chosen"
     put_in_place(tab.need_drive(), Placed(), plan)
     tab.need_drive().lease.take(CLIENT)
@@ -131,7 +132,7 @@ def test_a_trial_of_a_study_fixes_mode_parameters_settings_and_limits(tab: Rehea
     with pytest.raises(ControlError, match="a trial of the study fixes"):
         tab.handle(c.SetOptions(type="rehearsal.options", **limits | {"speed_limit": True}))
     assert {item["refusal"] for item in sections_of(tab)["options"]["items"]} >= {"The trial fixes it."}
-    tab.workspace.fixed = FixedDrive("another plan", TELEOPERATED, "li2007")
+    tab.workspace.fixed = FixedDrive("another plan", PlanDrive(TELEOPERATED, "li2007"))
     assert _say(tab, "hands-on")["mode"] == "hands-on", "other plans are free"
 
 

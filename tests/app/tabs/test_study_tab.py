@@ -10,6 +10,7 @@ import pytest
 from session_doubles import Heard, sections_of, send, workspace_of
 
 from app.clock import utc_now
+from app.drives.plan_drive import PlanDrive
 from app.drives.runs import row_of
 from app.services import Services
 from app.tabs.study.tab import StudyTab
@@ -115,7 +116,7 @@ def test_a_trial_fixes_the_drive_of_its_plan_until_it_ends(leader: Leader) -> No
         send(leader.tab, kind, **fields)
         return leader.tab.workspace.fixed
 
-    expected = FixedDrive(str(leader.run.plan_id), Control("hands-on"), None)
+    expected = FixedDrive(str(leader.run.plan_id), PlanDrive(Control("hands-on"), None))
     ends: list[tuple[str, dict[str, Any]]] = [
         ("study.repeat", {"subject": "P01", "position": 1}),
         ("study.skip", {"subject": "P01", "reason": "ill"}),
@@ -132,8 +133,8 @@ def test_a_teleoperated_trial_is_driven_with_a_rate_device(old_home: Services) -
     send(leader.tab, "study.begin", subject="P01")
     fixed = leader.tab.workspace.fixed
     assert fixed is not None
-    assert fixed.control == Control("teleoperated", "rate")
-    trial = leader.view["trial"]
+    assert fixed.how == PlanDrive(Control("teleoperated", "rate"), None)
+    trial = leader.view["trial"]["plan"]
     assert (trial["mode"], trial["device"]) == ("teleoperated", "rate")
 
 

@@ -15,10 +15,11 @@ from tests.engine.scenes import straight_scene, wall
 from vfix_engine.control import ControlSettings
 from vfix_engine.study.farm import run_all
 from vfix_engine.study.own.file import TrialName, checked_study, conditions
+from vfix_engine.study.own.head_trials import spec_of_condition
 from vfix_engine.study.own.order import order_of
 from vfix_engine.study.own.plugins import arm_named
 from vfix_engine.study.own.results import TrialRecord
-from vfix_engine.study.own.simulated import SimulatedTrials, spec_of_condition
+from vfix_engine.study.own.simulated import SimulatedTrials
 
 PATH = np.array([[0.0, 0, 0], [0, 12, 0], [2, 24, 0]])
 OWN = '''
@@ -141,6 +142,6 @@ def test_a_fingerprint_is_of_scene_people_and_seed_and_not_of_their_numbers() ->
     for change in ({"seed": 6}, {"person": {"force_n": 3.0}}, {"operator": "steady"}):
         assert not set(trials_of(**change).fingerprints.values()) & set(one.values())
     trials = trials_of()
-    condition, spec = next(iter(trials.specs.items()))
+    condition, spec = next(iter(trials.settings.items()))
     moved = replace(spec, scene=replace(spec.scene, base=spec.scene.base + 1e-9))
-    assert SimulatedTrials(trials.study, trials.specs | {condition: moved}).fingerprints[condition] != one[condition]
+    assert SimulatedTrials(trials.study, trials.settings | {condition: moved}).fingerprints[condition] != one[condition]

@@ -10,7 +10,7 @@ from ...worlds.snake.cavity import cavity_case
 from ..lumen.task_rows import TaskRow, TaskScore
 from ..polyps.task import surface_hash
 from .table import measured, surface_of, task_begun
-from .task import Sight, table_iv
+from .task import DiathermyState, Sight, table_iv
 
 _MEANS = (
     ("time_s", "Time per label", "s", 1),
@@ -33,19 +33,41 @@ def task_score(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
     """
     if not task_begun(run):
         return None
-    sight = _sight(surface_of(run), wall)
-    found = measured(run, _nothing_seen if sight is None else sight)
-    state, scored = found.state, sight is not None
+    state, scored = _read(run, wall)
     missed = len(state.labels) - state.traced
     rows = [
         TaskRow("Labels traced", float(state.traced) if scored else None),
         TaskRow("Labels missed", float(missed) if scored else None, worse=scored and missed > 0),
     ]
-    for key, name, unit, digits in _MEANS:
-        known = [row[key] for row in table_iv(state) if row[key] is not None]
-        rows.append(TaskRow(name, float(sum(known)) / len(known) if known else None, unit, digits))
+    rows += [TaskRow(name, _mean(state, key), unit, digits) for key, name, unit, digits in _MEANS]
     result = f"{state.traced} of {len(state.labels)} labels traced" if scored else ""
     return TaskScore("Labels", state.done, tuple(rows), lacking="" if scored else _LACKING, result=result)
+
+
+def task_figures(run: Run, wall: TriangleMesh | None) -> dict[str, float | None] | None:
+    """The labels that were traced and missed, and the means of Table IV over those traced, as ``label_…``; None for a
+    run of no labels. Without the cavity's surface all of them are None.
+
+    Raises InputError for a run whose task is damaged, or has no steps.
+    """
+    if not task_begun(run):
+        return None
+    state, scored = _read(run, wall)
+    counts = {"labels_traced": state.traced, "labels_missed": len(state.labels) - state.traced}
+    means = {f"label_{key}": _mean(state, key) for key, *_ in _MEANS}
+    return {name: float(count) if scored else None for name, count in counts.items()} | means
+
+
+def _read(run: Run, wall: TriangleMesh | None) -> tuple[DiathermyState, bool]:
+    """The task at the end of a run, and whether its lines of sight are known."""
+    sight = _sight(surface_of(run), wall)
+    return measured(run, _nothing_seen if sight is None else sight).state, sight is not None
+
+
+def _mean(state: DiathermyState, key: str) -> float | None:
+    """Of a column of Table IV over the labels that have it."""
+    known = [row[key] for row in table_iv(state) if row[key] is not None]
+    return float(sum(known)) / len(known) if known else None
 
 
 def _sight(surface: str | None, wall: TriangleMesh | None) -> Sight | None:

@@ -38,7 +38,7 @@ class TaskScore:
     result: str = ""
 
 
-# Modules with a function `task_score` as the one below: None for a run that is of no such task.
+# Modules with functions `task_score` and `task_figures` as those below: None for a run that is of no such task.
 TASKS = ["vfix_engine.study.polyps.rows", "vfix_engine.study.diathermy.rows"]
 
 
@@ -53,3 +53,15 @@ def task_score(run: Run, wall: TriangleMesh | None = None) -> TaskScore | None:
         if found is not None:
             return found
     return None
+
+
+def task_figures(run: Run, wall: TriangleMesh | None = None) -> dict[str, float | None]:
+    """The figures of the task that a run is of, by name, None where one is not defined; empty of a run of none.
+
+    wall: as in `task_score`; what needs it is None without it. docs/lumen_tasks.md has the names.
+    """
+    for module in TASKS:
+        found: dict[str, float | None] | None = import_module(module).task_figures(run, wall)
+        if found is not None:
+            return found
+    return {}

@@ -13,8 +13,8 @@ from ...arrays import Array
 from ...runtime.versions import versions
 from ..statistics import LEAST_SUBJECTS, mean_interval, pairs
 from .file import StudyCondition, StudyFile, TrialName, conditions, is_simulated, labels
+from .kinds import kind_of
 from .order import order_of
-from .plugins import metric_named
 from .questionnaire import UNIT, AnsweredTlx
 from .results import TrialRecord
 
@@ -100,7 +100,7 @@ def _metric(
     done: Mapping[TrialName, TrialRecord],
 ) -> dict[str, Any]:
     means = {label: _subject_means(study, metric, codes, one, done) for one, label in names.items()}
-    return _compared_means(means, names, metric_named(metric).unit)
+    return _compared_means(means, names, kind_of(study).metric(metric).unit)
 
 
 def _questionnaire(

@@ -1,4 +1,4 @@
-"""The file of a study: TOML with plans, modes, arms, tools, subjects, trials and metrics; docs/studies.md."""
+"""The file of a study: TOML with plans or routes, how they are driven, subjects, and metrics; docs/studies.md."""
 
 from __future__ import annotations
 
@@ -15,15 +15,25 @@ from msgspec import Meta
 
 from ...errors import InputError
 from ...runtime.control_mode import FREEHAND, MODES, ControlMode
+from ...worlds.snake.settings import ARMS
+from ..endoscopy.endoscopist import USED_OF_PERSON, Endoscopist
 from ..person import Person
 
 MAX_BYTES = 1 << 20
 MOST_TRIALS = 1_000_000
 PLAIN, NO_ARM, OWN_TOOL = "plain", "none", "plan"
+
+Name = Annotated[str, Meta(min_length=1, max_length=200)]
+TaskName = Literal["kwok1", "kwok2"]
+View = Literal["outside", "endoscope"]
+
+VIEW_OF_LUMEN: View = "endoscope"  # Kwok 2013, section IV.C: people see the picture of the endoscope alone
 _CODE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,19}")
 _SIMULATED = "sim"
 
-Name = Annotated[str, Meta(min_length=1, max_length=200)]
+# Keys that only studies in heads have, and only those in lumens; and what the latter have where the file says nothing.
+_OF_PLANS, _OF_ROUTES = ("plans", "modes", "tools", "rate_hz"), ("routes", "parameters")
+_LUMEN_DEFAULTS: dict[str, Any] = {"arms": list(ARMS), "metrics": ["time_s", "completed", "beyond_bound_mm"]}
 
 
 class PlanOfStudy(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -31,6 +41,23 @@ class PlanOfStudy(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     case: Name
     plan: Name
+
+
+class RouteOfStudy(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A route through a lumen, case and route each by name or id, and the task of Kwok 2013 that is done there.
+
+    task: 'kwok1', polyps of a colon, or 'kwok2', labels in the body cavity. places: of polyps, drawn by the seed where
+    the robot can view them, or those that were put on the route. seed: of what is drawn, the same for everybody.
+    count: of what is drawn, hold_s: for how long each polyp has to be viewed; None: as in the paper.
+    """
+
+    case: Name
+    route: Name
+    task: TaskName
+    places: Literal["seed", "route"] = "seed"
+    seed: Annotated[int, Meta(ge=0, le=2**31 - 1)] = 0
+    count: Annotated[int, Meta(ge=1, le=20)] | None = None
+    hold_s: Annotated[float, Meta(ge=0.1, le=60.0)] | None = None
 
 
 class Subjects(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -43,16 +70,20 @@ class Subjects(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class StudyFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A study: every subject does ``trials`` trials in each combination of plan, mode, arm and tool.
 
-    arms: 'plain', a preset, or of an entry point; a free hand has none. tools: 'plan' for that of the plan, or as of
-    `vfix rehearse`. operator, person: of simulated people, and medians of their parameters that differ from the
-    defaults. rate_hz: of control, for arms without a printed one; None for that of the plan.
+    Or it has routes in lumens instead, and every subject meets each of them in each arm.
+    arms: in a head 'plain', a preset, or of an entry point, a free hand has none; in a lumen those of
+    `vfix_engine.worlds.snake.settings`. tools: 'plan' for that of the plan, or as of `vfix rehearse`. operator, person:
+    of simulated people, and medians of their parameters that differ from the defaults. rate_hz: of control, for arms
+    without a printed one; None for that of the plan. parameters: in a lumen, those of the route, or the paper's.
     Of real people on the page: consent, a text that each confirms before the first trial, '' for none; break_min,
-    between conditions; questionnaire, after each condition; views, by mode the view that is shown.
+    between conditions; questionnaire, after each condition; views, by mode, or in a lumen by arm, the view that is
+    shown.
     """
 
     name: Annotated[str, Meta(min_length=1, max_length=80)]
-    plans: Annotated[tuple[PlanOfStudy, ...], Meta(min_length=1)]
     subjects: Subjects
+    plans: Annotated[tuple[PlanOfStudy, ...], Meta(min_length=1)] = ()
+    routes: Annotated[tuple[RouteOfStudy, ...], Meta(min_length=1)] = ()
     seed: Annotated[int, Meta(ge=0, le=2**62)] = 0
     trials: Annotated[int, Meta(ge=1, le=1000)] = 5
     modes: Annotated[tuple[ControlMode, ...], Meta(min_length=1)] = MODES
@@ -63,15 +94,32 @@ class StudyFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     metrics: Annotated[tuple[Name, ...], Meta(min_length=1)] = ("time_s", "path_error_mm", "contacts")
     order: Literal["williams", "latin"] = "williams"
     rate_hz: Annotated[float, Meta(ge=50.0, le=10_000.0)] | None = None
+    parameters: Literal["route", "kwok2013"] = "route"
     consent: Annotated[str, Meta(max_length=4000)] = ""
     break_min: Annotated[float, Meta(ge=0.0, le=120.0)] = 0.0
     questionnaire: Literal["none", "nasa-tlx"] = "none"
-    views: dict[ControlMode, Literal["outside", "endoscope"]] = {}
+    views: dict[str, View] = {}
 
     @property
     def median(self) -> Person:
-        """The median simulated person."""
+        """The median simulated person at a head. Raises InputError."""
         return Person(**self.person)
+
+    @property
+    def median_endoscopist(self) -> Endoscopist:
+        """The median simulated person at a lumen. Raises InputError."""
+        of_hand = {name: value for name, value in self.person.items() if name in USED_OF_PERSON}
+        own = {name: value for name, value in self.person.items() if name not in USED_OF_PERSON}
+        return Endoscopist(person=Person(**of_hand), **own)
+
+    def view_of(self, condition: StudyCondition) -> View | None:
+        """The view of a condition's trials on the page, None for any."""
+        return self.views.get(condition.arm, VIEW_OF_LUMEN) if self.routes else self.views.get(condition.mode)
+
+    def route_of(self, condition: StudyCondition) -> RouteOfStudy:
+        """The route of a condition of a study in lumens."""
+        wanted = condition.case, condition.plan, condition.mode
+        return next(one for one in self.routes if (one.case, one.route, one.task) == wanted)
 
     @property
     def codes(self) -> tuple[str, ...]:
@@ -80,11 +128,14 @@ class StudyFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class StudyCondition(NamedTuple):
-    """A combination that every subject meets."""
+    """A combination that every subject meets.
+
+    In a lumen plan is the route, mode the task, and tool that of the route, called 'plan' as well.
+    """
 
     case: str
     plan: str
-    mode: ControlMode
+    mode: ControlMode | TaskName
     arm: str
     tool: str
 
@@ -128,14 +179,18 @@ def parse_study(text: str, name: str = "the study") -> StudyFile:
 def checked_study(told: dict[str, Any], name: str = "the study") -> StudyFile:
     """The study that plain values say. Raises InputError."""
     _check_keys(told, StudyFile.__struct_fields__, name)
-    for plan in _tables(told.get("plans")):
-        _check_keys(plan, PlanOfStudy.__struct_fields__, f"[[plans]] of {name}")
-    for table in _tables([told.get("subjects")]):
-        _check_keys(table, Subjects.__struct_fields__, f"[subjects] of {name}")
-    for table in _tables([told.get("person")]):
-        _check_keys(table, [*Person.__dataclass_fields__], f"[person] of {name}")
+    lumens = _in_lumens(told, name)
+    people = (*USED_OF_PERSON, *Endoscopist().own()) if lumens else (*Person.__dataclass_fields__,)
+    for key, found, known in (
+        ("[[plans]]", told.get("plans"), PlanOfStudy.__struct_fields__),
+        ("[[routes]]", told.get("routes"), RouteOfStudy.__struct_fields__),
+        ("[subjects]", [told.get("subjects")], Subjects.__struct_fields__),
+        ("[person]", [told.get("person")], people),
+    ):
+        for table in _tables(found):
+            _check_keys(table, known, f"{key} of {name}")
     try:
-        study = msgspec.convert(told, StudyFile)
+        study = msgspec.convert(_LUMEN_DEFAULTS | told if lumens else told, StudyFile)
     except msgspec.ValidationError as error:
         words = str(error).replace("Object missing required field", "it lacks").replace(" - at `$.", " - at `")
         raise InputError(f"{name} is no study: {words[:1].lower()}{words[1:]}") from None
@@ -145,6 +200,9 @@ def checked_study(told: dict[str, Any], name: str = "the study") -> StudyFile:
 
 def conditions(study: StudyFile) -> list[StudyCondition]:
     """Every combination; of a free hand without arms."""
+    if study.routes:
+        driven = itertools.product(study.routes, study.arms)
+        return [StudyCondition(route.case, route.route, route.task, arm, OWN_TOOL) for route, arm in driven]
     every = itertools.product(study.plans, study.modes, study.arms, study.tools)
     made = (
         StudyCondition(plan.case, plan.plan, mode, NO_ARM if mode == FREEHAND else arm, tool)
@@ -183,16 +241,40 @@ def _check_keys(told: dict[str, Any], known: Sequence[str], where: str) -> None:
             raise InputError(f"{where} has the unknown key {key!r:.60}{nearest(key, known)}")
 
 
+def _in_lumens(told: dict[str, Any], name: str) -> bool:
+    """Whether a study is one in lumens. Raises InputError where it is one of both, or of neither."""
+    plans, routes = ([key for key in keys if key in told] for keys in (_OF_PLANS, _OF_ROUTES))
+    if plans and routes:
+        raise InputError(
+            f"{name} has '{plans[0]}', which is of heads, and '{routes[0]}', which is of lumens; a study compares one "
+            "or the other: make two files"
+        )
+    if "plans" not in told and "routes" not in told:
+        raise InputError(f"{name} is no study: it lacks [[plans]] in heads, or [[routes]] in lumens")
+    return "routes" in told
+
+
 def _check_values(study: StudyFile, name: str) -> None:
     """What types cannot say."""
     try:
-        study.median  # noqa: B018 - it checks the values
+        study.median_endoscopist if study.routes else study.median  # noqa: B018 - it checks the values
     except InputError as error:
         raise InputError(f"[person] of {name}: {error}") from None
     for field in ("plans", "modes", "arms", "tools", "metrics"):
         values = getattr(study, field)
         if len(set(values)) < len(values):
             raise InputError(f"'{field}' of {name} names something twice")
+    if len(set(conditions(study))) < len(study.routes) * len(study.arms):
+        raise InputError(f"'routes' of {name} has a route and its task twice")
+    for arm in study.arms if study.routes else ():
+        if arm not in ARMS:
+            raise InputError(f"a lumen has no arm {arm!r:.60}{nearest(arm, ARMS)}")
+    for one in study.views:
+        if one not in (known := ARMS if study.routes else MODES):
+            raise InputError(f"'views' of {name} has {one!r:.60}{nearest(one, known)}")
+    for route in study.routes:
+        if route.task == "kwok2" and (route.places != "seed" or route.hold_s is not None):
+            raise InputError(f"'places' and 'hold_s' of {name} are of polyps, and kwok2 has labels")
     codes = study.subjects.codes
     for code in codes:
         if not _CODE.fullmatch(code) or is_simulated(code):

@@ -1,4 +1,7 @@
-"""Operators, arms and metrics by name: those of vfix, and those of installed packages by entry point."""
+"""Operators, arms and metrics of trials in heads by name: those of vfix, and of installed packages by entry point.
+
+Those of trials in lumens are in `lumen_trials`.
+"""
 
 from __future__ import annotations
 
@@ -62,31 +65,43 @@ class ScoredTrial:
 
 
 class Metric(NamedTuple):
-    """unit: as it is printed, '' without one. of: the value of a trial; None where it has none."""
+    """unit: as it is printed, '' without one.
+
+    of: the value of a ``ScoredTrial``, or in a lumen of a ``ScoredLumenTrial``; None where it has none.
+    """
 
     unit: str
-    of: Callable[[ScoredTrial], float | None]
+    of: Callable[[Any], float | None]
 
 
 def operator_named(name: str) -> OperatorMaker:
     """An operator. Raises InputError for a name that is not known."""
-    return _named(OPERATORS, _OPERATORS, name, "operator")
+    return part_named(OPERATORS, _OPERATORS, name, "operator")
 
 
 def arm_named(name: str) -> Arm:
     """An arm. Raises InputError for a name that is not known."""
-    return _named(ARMS, _ARMS, name, "arm")
+    return part_named(ARMS, _ARMS, name, "arm")
 
 
 def metric_named(name: str) -> Metric:
     """A metric. Raises InputError for a name that is not known, and for an entry point that is no ``Metric``."""
-    found = _named(METRICS, _METRICS, name, "metric")
+    return metric_in(METRICS, _METRICS, name)
+
+
+def metric_in(group: str, own: Mapping[str, Metric], name: str) -> Metric:
+    """The same of one's own metrics and a group of entry points."""
+    found = part_named(group, own, name, "metric")
     if not isinstance(found, Metric):
-        raise InputError(f"the entry point '{name}' of {METRICS} is no Metric(unit, of)")
+        raise InputError(f"the entry point '{name}' of {group} is no Metric(unit, of)")
     return found
 
 
-def _named(group: str, own: Mapping[str, T], name: str, what: str) -> T:
+def part_named(group: str, own: Mapping[str, T], name: str, what: str) -> T:
+    """A part by name. own: those of vfix; group: of entry points; what: the part is, in words.
+
+    Raises InputError for a name that is not known, and for an entry point that cannot be loaded.
+    """
     if name in own:
         return own[name]
     found = {one.name: one for one in entry_points(group=group)}

@@ -17,7 +17,6 @@ import msgspec
 
 from ...errors import InputError
 from .file import StudyCondition, StudyFile, TrialName, is_simulated
-from .plugins import ScoredTrial
 from .questionnaire import AnsweredTlx
 
 TRIALS, ANSWERS, SKIPS = "trials", "answers", "skips"  # the folders of the files
@@ -29,8 +28,8 @@ class TrialRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What a trial came to.
 
     subject: code; trial: 1, 2, …; metrics: by name, None where the trial has none. completed: the path's end was
-    reached. fingerprint: of the simulation that made it, '' of a real person. run: a real person's recorded run by
-    its id, or a hash; '' of a simulated one.
+    reached, or in a lumen the task done. fingerprint: of the simulation that made it, '' of a real person. run: a real
+    person's recorded run by its id, or a hash; '' of a simulated one.
     """
 
     schema: Literal["vfix-study-trial/1"]
@@ -51,15 +50,13 @@ class TrialRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         cls,
         name: TrialName,
         fingerprint: str,
-        trial: ScoredTrial,
+        completed: bool,
         metrics: dict[str, float | None],
         run: str = "",
     ) -> TrialRecord:
         """The record of a scored trial."""
         number = name.trial + 1
-        return cls(
-            "vfix-study-trial/1", name.subject, *name.condition, number, trial.completed, metrics, fingerprint, run
-        )
+        return cls("vfix-study-trial/1", name.subject, *name.condition, number, completed, metrics, fingerprint, run)
 
     @property
     def name(self) -> TrialName:

@@ -11,7 +11,7 @@ from ...geometry.mesh import TriangleMesh
 from ...runtime.run import Run
 from ...worlds.registry import spec_of
 from ..lumen.task_rows import TaskRow, TaskScore
-from .series import polyp_series, task_begun, task_of
+from .series import PolypSeries, polyp_series, task_begun, task_of
 from .sight import LumenSight
 from .table import TableIII, table_iii
 from .task import PolypTask, surface_hash
@@ -57,16 +57,34 @@ def task_score(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
     """
     if not task_begun(run):
         return None
+    series, seen = _read(run, wall)
+    table = table_iii(series)
+    rows = tuple(_row(table, shown, seen or shown.key not in _BY_SIGHT) for shown in _ROWS)
+    count = len(series.task.polyps)
+    result = f"{count - table.polyps_missed} of {count} polyps viewed" if seen else ""
+    lacking = "" if seen else _LACKING
+    return TaskScore("Polyps", series.progress.completed, rows, lacking=lacking, result=result)
+
+
+def task_figures(run: Run, wall: TriangleMesh | None) -> dict[str, float | None] | None:
+    """Table III of a run by name, without what was viewed where the surface is missing; None for a run of no polyps.
+
+    Raises InputError for a run whose task is damaged.
+    """
+    if not task_begun(run):
+        return None
+    series, seen = _read(run, wall)
+    figures = table_iii(series).to_dict()
+    return {name: value if seen or name not in _BY_SIGHT else None for name, value in figures.items()}
+
+
+def _read(run: Run, wall: TriangleMesh | None) -> tuple[PolypSeries, bool]:
+    """The series of a run, and whether its lines of sight are known."""
     task, _ = task_of(run)
     spec: Any = spec_of(run)
     surface = _surface(task, wall)
-    series = polyp_series(run, _unseen if surface is None else LumenSight(surface, task, spec.tissue))
-    table = table_iii(series)
-    rows = tuple(_row(table, shown, surface is not None or shown.key not in _BY_SIGHT) for shown in _ROWS)
-    count = len(task.polyps)
-    result = f"{count - table.polyps_missed} of {count} polyps viewed" if surface is not None else ""
-    lacking = "" if surface is not None else _LACKING
-    return TaskScore("Polyps", series.progress.completed, rows, lacking=lacking, result=result)
+    sight = _unseen if surface is None else LumenSight(surface, task, spec.tissue)
+    return polyp_series(run, sight), surface is not None
 
 
 def _surface(task: PolypTask, wall: TriangleMesh | None) -> TriangleMesh | None:
