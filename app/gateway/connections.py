@@ -80,7 +80,7 @@ class BoundedHttp(H11Protocol):
 
 
 class RefusableWebSocket(WebSocketsSansIOProtocol):
-    """uvicorn's WebSocket, which takes the answer to a handshake that is refused for none, and logs that as an error."""
+    """uvicorn's WebSocket, which takes the answer to a refused handshake for none, and logs that as an error."""
 
     async def send(self, message: ASGISendEvent) -> None:
         await super().send(message)

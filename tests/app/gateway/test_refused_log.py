@@ -24,7 +24,13 @@ def _knock(planner: Planner, case: str) -> int:
         return planner.handshake("/session", planner.bearer, host="elsewhere.example").status
     if case == "no tab":
         return planner.handshake("/scene/ws?tab=x", origin, planner.cookie).status
-    lines = ["GET /session HTTP/1.1", f"Host: {planner.host}", *(f"{name}: {value}" for name, value in upgrade()), "", ""]
+    lines = [
+        "GET /session HTTP/1.1",
+        f"Host: {planner.host}",
+        *map(": ".join, upgrade()),
+        "",
+        "",
+    ]
     with socket.create_connection(("127.0.0.1", planner.port), timeout=60) as connection:
         connection.sendall("\r\n".join(lines).encode())
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")  # reset, before the answer
@@ -32,9 +38,7 @@ def _knock(planner: Planner, case: str) -> int:
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_a_refused_socket_is_no_error_in_the_log(
-    planner: Planner, caplog: pytest.LogCaptureFixture, case: str
-) -> None:
+def test_a_refused_socket_is_no_error_in_the_log(planner: Planner, caplog: pytest.LogCaptureFixture, case: str) -> None:
     caplog.set_level(logging.INFO)
     assert _knock(planner, case) in (0, 400, 401, 403)
     assert planner.http("GET", "/api/v1/echo/on", planner.bearer).status == 200  # what was left of it is done by now
