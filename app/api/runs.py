@@ -62,8 +62,8 @@ class ShortLumenScore(BaseModel):
 
     completed: as in `LumenScorePublic`. depth_mm: the tip's deepest place, null on a fixed base. deviation_mm: the
     largest of the link nearest to its bound, null in a run whose rows do not have it. beyond_bound_mm: 0 where no link
-    was beyond it. bound_mm, behind_wall: what stands beside a certificate, as in `LumenScorePublic`. task: its title, null
-    where the run was of none.
+    was beyond it. bound_mm, behind_wall: what stands beside a certificate, as in `LumenScorePublic`. task: its
+    title, null where the run was of none.
     """
 
     certified: bool
