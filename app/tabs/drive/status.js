@@ -8,10 +8,10 @@ const NEAR_SHARE = 0.9; // of a bound: from there on it is a caution
 export class SnakeStatus {
   constructor() {
     this.depth = reading("Depth");
-    this.passed = reading("Past");
+    this.passed = reading("Past", "minor");
     this.deviation = reading("Deviation");
     this.bound = reading("Bound");
-    this.behind = reading("Behind wall");
+    this.behind = reading("Behind wall", "minor");
     this.force = reading("Force");
     this.holding = reading("Held by", "fill");
     this.elements = [this.depth, this.passed, this.deviation, this.bound, this.behind, this.force, this.holding].map(({ element }) => element);

@@ -12,8 +12,8 @@ const HELP = "The certificate speaks of the fitted pathway, not of the wall. So 
  */
 export function behindWords(behind, bound) {
   if (!behind) return "";
-  const of = bound === null || bound === undefined ? "" : ` · bound ≤ ${fixed(bound, 1)} mm`;
-  return `${fixed(100 * behind.share, 0)} % of pathway behind wall, ≤ ${fixed(behind.depth_mm, 1)} mm${of}`;
+  const of = bound === null || bound === undefined ? "" : ` · bound\u00a0≤\u00a0${fixed(bound, 1)}\u00a0mm`;
+  return `${fixed(100 * behind.share, 0)}\u00a0% of pathway behind wall, ≤\u00a0${fixed(behind.depth_mm, 1)}\u00a0mm${of}`;
 }
 
 /**
