@@ -20,6 +20,18 @@ class DeviationPublic(BaseModel):
     depth_mm: MeanMaxPublic | None
 
 
+class BehindWallPublic(BaseModel):
+    """What a certificate of the pathway does not speak of; see docs/metrics.md.
+
+    share: of the pathway's surface behind the wall, depth_mm: its largest depth there. links_mm: the most that a link
+    was behind the wall, null where the tissue moves.
+    """
+
+    share: float
+    depth_mm: float
+    links_mm: float | None
+
+
 class ScoreRowPublic(BaseModel):
     """A figure of a task as it is shown; value null where it is not defined, worse where it is to stand out."""
 
@@ -50,7 +62,8 @@ class LumenScorePublic(BaseModel):
     length_mm, reach_mm: of the pathway, and how far along it this robot can come; share: of length_mm. insertion_s:
     until the deepest place; withdrawal_s: from then until the tip was out, null where it was not. All from depth_mm on
     are null on a fixed base, from which nothing is inserted. deviation: of the last links, nearest_mm: of the link
-    nearest to its bound; both null in a run whose rows do not have them. held_by: the longest first; holds: in the
+    nearest to its bound, bound_mm: the largest bound that it had; all null in a run whose rows do not have them.
+    behind_wall: null without the lumen's surface. held_by: the longest first; holds: in the
     order of time. task: what the run's task adds, null without one.
     """
 
@@ -71,8 +84,10 @@ class LumenScorePublic(BaseModel):
     path_length_mm: float
     deviation: DeviationPublic | None
     nearest_mm: MeanMaxPublic | None
+    bound_mm: float | None
     beyond_bound_mm: float
     beyond_bound_s: float
+    behind_wall: BehindWallPublic | None
     force_n: MeanMaxPublic
     held_s: float
     held_by: list[HeldPublic]

@@ -9,6 +9,7 @@ from fastapi.responses import FileResponse
 from pydantic import BaseModel
 
 from app.api.dependencies import ERRORS, Flag, Identifier, RequestBody, ServicesDep
+from app.api.lumen_scores import BehindWallPublic
 from app.api.plan_reports import PiercedPublic
 from app.api.run_comments import CommentPublic
 from app.drives.stored_run import RunOrigin, StoredRun
@@ -61,7 +62,8 @@ class ShortLumenScore(BaseModel):
 
     completed: as in `LumenScorePublic`. depth_mm: the tip's deepest place, null on a fixed base. deviation_mm: the
     largest of the link nearest to its bound, null in a run whose rows do not have it. beyond_bound_mm: 0 where no link
-    was beyond it. task: its title, null where the run was of none.
+    was beyond it. bound_mm, behind_wall: what stands beside a certificate, as in `LumenScorePublic`. task: its
+    title, null where the run was of none.
     """
 
     certified: bool
@@ -70,13 +72,15 @@ class ShortLumenScore(BaseModel):
     depth_mm: float | None
     deviation_mm: float | None
     beyond_bound_mm: float
+    bound_mm: float | None
+    behind_wall: BehindWallPublic | None
     held_s: float
     task: str | None
 
     @classmethod
     def of(cls, score: dict[str, Any]) -> ShortLumenScore:
         nearest, task = score["nearest_mm"], score.get("task")
-        same = ("certified", "completed", "time_s", "depth_mm", "beyond_bound_mm", "held_s")
+        same = ("certified", "completed", "time_s", "depth_mm", "beyond_bound_mm", "bound_mm", "behind_wall", "held_s")
         return cls(
             deviation_mm=None if nearest is None else nearest["max"],
             task=None if task is None else task["title"],

@@ -22,6 +22,7 @@ from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.files.frame_report import FRAMES, MM_PER_UNIT
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.pathway.fit import containment
 from vfix_engine.study.polyps.printed import POLYPS
 from vfix_engine.study.polyps.table import PRINTED
 from vfix_engine.study.polyps.trial import polyp_trial
@@ -85,9 +86,11 @@ def run(args: argparse.Namespace, say: Say) -> dict[str, Any]:
         every_mm=args.every, say=say,
     )  # fmt: skip
     prepared = time.perf_counter()
+    outside = containment(where.mesh, world.lumen.pathway.moved(None))
     with _run_folder() as (folder, keep):
         found = polyp_trial(where.mesh, world, folder, say)
         found["run"] = keep()
+    found["pathway_outside"] = {"share": outside.outside, "depth_mm": list(outside.depth_mm)}
     spent = {"prepared": prepared - began, "driven": time.perf_counter() - prepared}
     printed = {name: {"without": pair[0][0], "with": pair[1][0]} for name, pair in PRINTED.items()}
     return {"surface": where.name} | found | {"table_iii_printed": printed, "seconds": spent}

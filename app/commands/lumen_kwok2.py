@@ -8,6 +8,7 @@ from time import perf_counter
 from typing import Any
 
 from app.commands.run_recording import RunRecording
+from vfix_engine.pathway.fit import containment
 from vfix_engine.study.diathermy.bend_map import BendMap
 from vfix_engine.study.diathermy.placing import LABELS, placed_labels
 from vfix_engine.study.diathermy.trial import trial
@@ -36,6 +37,7 @@ def run(args: argparse.Namespace, say: Callable[[str], None]) -> dict[str, Any]:
     say(f"drawing {args.labels} labels whose lines can be traced")
     placed = placed_labels(case, bends, args.seed, args.labels)
     ready = perf_counter()
+    outside = containment(case.mesh, case.pathway)
     recording = RunRecording(args.seed)
     try:
         found = trial(case, bends, placed, args.arm, recording.begin, say)
@@ -49,6 +51,7 @@ def run(args: argparse.Namespace, say: Callable[[str], None]) -> dict[str, Any]:
         "arm": args.arm, "seed": args.seed,
         **found.to_dict(), "labels": rows, "placing": placed.to_dict(),
         "untraceable": placed.untraceable, "bound_mm": BOUND_MM, "tip_bound_mm": TIP_BOUND_MM,
+        "pathway_outside": {"share": outside.outside, "depth_mm": list(outside.depth_mm)},
         "run": recording.keep(),
         "seconds": {"labels": ready - began, "drive": perf_counter() - ready},
     }  # fmt: skip

@@ -131,11 +131,12 @@ class _Names:
 
     def __init__(self, services: Services) -> None:
         self._cases = {one.id: one.name for one in services.cases.list(include_deleted=True)}
+        self._scores = services.run_scores
         self._plans = {one.id: one.name for one in services.plans.titles(include_deleted=True)}
 
     def told(self, run: StoredRun) -> dict[str, Any]:
         """What `run list --json` says of a run."""
-        end = run.end or {}
+        end, score = run.end or {}, self._scores.known(run) or {}
         return {
             "id": run.id,
             "case": run.case_id,
@@ -146,6 +147,8 @@ class _Names:
             "arm": run.arm,
             "world": run.world,
             "certified": run.certified,
+            "bound_mm": score.get("bound_mm"),
+            "behind_wall": score.get("behind_wall"),
             "teacher": run.teacher,
             "origin": run.origin,
             "recorded": run.recorded,
@@ -160,6 +163,8 @@ def _line(run: dict[str, Any]) -> str:
     """A run as one line of the list."""
     length = "interrupted" if run["ticks"] is None else f"{run['ticks']:,} steps"
     driven = (run["mode"] or run["arm"] or run["world"]) + ("" if run["certified"] else f" ({UNCERTIFIED})")
+    if run["certified"] and (behind := run["behind_wall"]) is not None:
+        driven += f" ({100.0 * behind['share']:.0f} % behind wall, ≤ {behind['depth_mm']:.1f} mm)"
     of = ", ".join(name for name in (run["plan_name"], run["case_name"]) if name)
     taught = "  (teacher)" if run["teacher"] else ""
     return f"{run['id']:18}  {run['recorded'][:16].replace('T', ' ')}  {driven:36}  {length:>14}  {of}{taught}"

@@ -27,7 +27,13 @@ def _lumen_facts(score: dict[str, Any]) -> Iterator[Fact]:
         yield "Deviation, largest", f"{_fixed((off['depth_mm'] or {'max': 0.0})['max'], 1)} mm"
     if nearest is not None:
         yield "Nearest to a bound", f"{_fixed(nearest['max'], 1)} mm"
+    if score["bound_mm"] is not None:
+        yield "Bound, largest", f"{_fixed(score['bound_mm'], 1)} mm"
     yield "Beyond bound", f"{_fixed(beyond, 1 if beyond > 0.0 else 0)} mm"
+    if (behind := score["behind_wall"]) is not None:
+        links = behind["links_mm"]
+        yield "Behind wall, links", "not measured" if links is None else f"{_fixed(links, 1)} mm"
+        yield "Behind wall, pathway", f"{_fixed(100.0 * behind['share'], 0)} %, {_fixed(behind['depth_mm'], 1)} mm"
     yield "Path of the tip", f"{_fixed(score['path_length_mm'], 0)} mm"
     yield "Hand force, mean", f"{_fixed(score['force_n']['mean'], 2)} N"
     yield "Hand force, largest", f"{_fixed(score['force_n']['max'], 1)} N"

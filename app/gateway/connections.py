@@ -12,7 +12,9 @@ import socket
 from time import monotonic
 from typing import Any
 
+from uvicorn._types import ASGISendEvent
 from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.asyncio.server import ServerConnection
 from websockets.protocol import State
 
@@ -75,6 +77,15 @@ class BoundedHttp(H11Protocol):
     def _give_up(self) -> None:
         self._stop_waiting()
         self.transport.abort()
+
+
+class RefusableWebSocket(WebSocketsSansIOProtocol):
+    """uvicorn's WebSocket, which takes the answer to a refused handshake for none, and logs that as an error."""
+
+    async def send(self, message: ASGISendEvent) -> None:
+        await super().send(message)
+        if message["type"] == "websocket.http.response.body" and not message.get("more_body", False):
+            self.handshake_complete = True
 
 
 class BoundedWebSocket(ServerConnection):

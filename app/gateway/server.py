@@ -7,7 +7,7 @@ import socket
 import uvicorn
 from fastapi import FastAPI
 
-from app.gateway.connections import HEAD_DEADLINE_S, MAX_MESSAGE_BYTES, BoundedHttp, quieten_log
+from app.gateway.connections import HEAD_DEADLINE_S, MAX_MESSAGE_BYTES, BoundedHttp, RefusableWebSocket, quieten_log
 
 GRACE_S = 2  # for pending responses when the planner shuts down
 
@@ -20,6 +20,7 @@ class PlannerServer(uvicorn.Server):
             uvicorn.Config(
                 app,
                 http=BoundedHttp,
+                ws=RefusableWebSocket,
                 ws_max_size=MAX_MESSAGE_BYTES,
                 ws_per_message_deflate=False,
                 # Clients drop a connection after 5 s of idle time. uvicorn's default is the same, so that a request at

@@ -87,6 +87,14 @@ class RoutePath:
         found: Array = wall.deepest_mm[near]
         return found
 
+    def bound_mm(self, settings: DriveSettings) -> float:
+        """The largest bound that a link of a drive with these settings has anywhere."""
+        from vfix_engine.pathway.limits.link_bounds import inscribed_radii  # slow to load
+
+        bounds = settings.bounds(self.snake.links)
+        widest = inscribed_radii(self.lumen.pathway)[:-1].max()
+        return float(np.minimum(bounds.most, bounds.share * widest).max())
+
     @property
     def stop(self) -> Array:
         """Where the tip of the robot comes to at most, (3,) LPS mm."""

@@ -51,7 +51,7 @@ class ChooseSubject(Edit, frozen=True):
 
 
 class ConfirmConsent(Edit, frozen=True):
-    """Note that a subject has confirmed the text of consent."""
+    """Note that a subject has confirmed the text of consent; the session stays whose trial goes on."""
 
     title = "Confirm consent"
     rest = "POST /studies/{id}/consents"
@@ -62,7 +62,9 @@ class ConfirmConsent(Edit, frozen=True):
     def apply(self, content: LedStudy, context: StudyContext) -> LedStudy:
         if next_of(content, self.subject).what != "consent":
             raise InputError(f"{self.subject} has no consent to confirm.")
-        return replace(content, consents=(*content.consents, self.subject), subject=self.subject)
+        going = running_of(content)
+        subject = self.subject if going is None else going.subject
+        return replace(content, consents=(*content.consents, self.subject), subject=subject)
 
 
 class BeginTrial(Edit, frozen=True):

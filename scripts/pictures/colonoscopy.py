@@ -18,7 +18,7 @@ def read_the_route(page: NamedPage) -> None:
     page.go_to("Route")
     page.wait("the pathway", lambda: (page.station.state("route_path") or {}).get("state") == "ready")
     page.says("Tip reaches")
-    page.says("Behind wall")
+    page.says("of pathway behind wall")
     page.take("colonoscopy_route")
 
 

@@ -79,7 +79,7 @@ def test_a_colon_is_opened_planned_and_driven_by_wheel_and_drag(open_page: Open,
     expect(page.locator("#bench")).to_have_attribute("data-layout", "endoscope")
     page.keyboard.press("Space")
     station.wait_for("the pause", lambda: station.rehearsal()["state"] == "paused")
-    expect(page.locator("#arm-words")).to_contain_text("behind wall")
+    expect(page.locator("#certified-words")).to_contain_text("behind wall")
     page.click("[data-arm=guided]")
     expect(page.locator("#uncertified")).to_be_visible()
     station.wait_for("the entry", lambda: station.rehearsal()["state"] == "ready", DRIVEN_S)

@@ -26,7 +26,7 @@ const SERIES = {
 /** @type {any} */
 const SCORE = {
   world: "snake", arm: "manual", certified: false, completed: false, time_s: 61, depth_mm: 412.4, length_mm: 824, reach_mm: 800, share: 0.5, insertion_s: 40, withdrawal_s: null,
-  path_length_mm: 500, deviation: { episodes: 3, time_s: 2.5, longest_s: 1.5, length_mm: 10, depth_mm: { mean: 1, max: 6.25 } }, nearest_mm: { mean: 1, max: 7 }, beyond_bound_mm: 1.26,
+  path_length_mm: 500, deviation: { episodes: 3, time_s: 2.5, longest_s: 1.5, length_mm: 10, depth_mm: { mean: 1, max: 6.25 } }, nearest_mm: { mean: 1, max: 7 }, bound_mm: 8, beyond_bound_mm: 1.26, behind_wall: { share: 0.296, depth_mm: 3.52, links_mm: 4.26 },
   force_n: { mean: 0.25, max: 3 }, held_s: 1, held_by: [], holds: [], task: { title: "Ten polyps", completed: false, rows: [{ name: "Polyps cleared", value: 7, unit: "of 10", digits: 0, worse: true }], lacking: "" },
 };
 
@@ -60,10 +60,21 @@ test("a score is said in rows, the task's last; what is beyond a bound stands ou
   const facts = Object.fromEntries(viewOf(SCORE).facts(SCORE).map(({ name, value, worse }) => [name, worse ? `${value}!` : value]));
   assert.deepEqual(facts, {
     Time: "1:01 min", Depth: "412 mm", "Share of the route": "50 %", "Time in": "40.0 s", Withdrawal: "not drawn out", Deviations: "3, 2.5 s", "Deviation, largest": "6.3 mm",
-    "Nearest to a bound": "7.0 mm", "Beyond bound": "1.3 mm!", "Path of the tip": "500 mm", "Hand force, mean": "0.25 N", "Hand force, largest": "3.0 N", Held: "1.0 s",
+    "Nearest to a bound": "7.0 mm", "Bound, largest": "8.0 mm", "Beyond bound": "1.3 mm!", "Behind wall, links": "4.3 mm", "Behind wall, pathway": "30 %, 3.5 mm", "Path of the tip": "500 mm", "Hand force, mean": "0.25 N", "Hand force, largest": "3.0 N", Held: "1.0 s",
     "Polyps cleared": "7 of 10!",
   });
   assert.equal(viewOf(SCORE).facts({ ...SCORE, beyond_bound_mm: 0, task: null }).find(({ name }) => name === "Beyond bound")?.value, "0 mm");
+});
+
+test("beside a certificate stands how much of the pathway is behind the wall, how deep, and the bound", () => {
+  const { certificate } = viewOf(SCORE), sure = { ...SCORE, certified: true };
+  assert.equal(certificate(SCORE), ""); // nothing was certified
+  assert.equal(certificate(sure), "30\u00a0% of pathway behind wall, ≤\u00a03.5\u00a0mm · bound\u00a0≤\u00a08.0\u00a0mm");
+  assert.equal(certificate(viewOf(SCORE).shortOf(sure)), certificate(sure)); // in lists
+  assert.equal(certificate({ ...sure, behind_wall: null }), ""); // without the lumen's surface
+  assert.equal(certificate({ ...sure, bound_mm: null }), "30\u00a0% of pathway behind wall, ≤\u00a03.5\u00a0mm");
+  const moving = viewOf(SCORE).facts({ ...SCORE, behind_wall: { ...SCORE.behind_wall, links_mm: null } });
+  assert.equal(moving.find(({ name }) => name === "Behind wall, links")?.value, "not measured");
 });
 
 test("the result comes first, and at most six figures are not folded", () => {
@@ -126,7 +137,7 @@ test("a run is said by its arm, and a list has its short score", () => {
   assert.equal(drivenOf({ world: "freehand" }), "tool");
   assert.deepEqual([drivenAs({ mode: null, arm: "guided" }), drivenAs({ mode: "hands-on", arm: null }), drivenAs({})], ["guided", "hands-on", null]);
   const run = withScore({ world: "snake", score: null }, SCORE);
-  assert.deepEqual(run.score, { certified: false, completed: false, time_s: 61, depth_mm: 412.4, deviation_mm: 7, beyond_bound_mm: 1.26, held_s: 1, task: "Ten polyps" });
+  assert.deepEqual(run.score, { certified: false, completed: false, time_s: 61, depth_mm: 412.4, deviation_mm: 7, beyond_bound_mm: 1.26, bound_mm: 8, behind_wall: SCORE.behind_wall, held_s: 1, task: "Ten polyps" });
   assert.equal(withScore({ world: "snake", score: null }, { ...SCORE, task: null, completed: true }).score?.completed, true);
   assert.equal(viewOf(run).short(run.score), "412 mm, deviation 7.0 mm");
   assert.equal(viewOf(run).brief(run.score), "1:01 min, 412 mm");

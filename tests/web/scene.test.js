@@ -1,6 +1,7 @@
 // Who writes the words of the scene: the planner hears of it whichever is there first, the frame or the connection.
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { pacing } from "../../app/web/js/frame-pacing.js";
 import { SceneFrame, hasErrorBalls } from "../../app/web/js/scene.js";
 import { SceneHooks } from "../../app/web/js/scene-layer/hooks.js";
 import { noted } from "./page.js";
@@ -51,4 +52,25 @@ test("a paused scene is drawn again when another size has emptied its canvas", (
   hooks.draw(false);
   gl.setSize(20, 20);
   assert.deepEqual(drawn, [scene]);
+});
+
+test("without a graphics card the scene rests while a hand drives: a long frame would cost the hand its hold", () => {
+  for (const [held, tookMs, drawn] of [[true, 300, 0], [true, null, 0], [true, 20, 1], [false, 300, 1]]) {
+    const scene = Object.assign(frame(true), { drawn: 0, layer: { hooks: { tookMs } }, rests: { textContent: "" }, drawOnce() { this.drawn += 1; } });
+    globalThis.document = /** @type {any} */ ({ getElementById: () => scene.rests });
+    pacing.held = Boolean(held);
+    scene.drawAgain();
+    assert.equal(scene.drawn, drawn);
+    assert.equal(scene.rests.textContent, drawn ? "3D is drawn every 2 s." : "3D waits while you drive.");
+  }
+  pacing.held = false;
+});
+
+test("a paused scene whose last frame is shown as a copy is not drawn for another size", () => {
+  const drawn = [], gl = { render: (what) => drawn.push(what), setSize() {} };
+  const scene = { traverse() {}, __r3f: { root: { getState: () => ({ gl, camera: {}, setFrameloop() {}, invalidate() {} }) } } };
+  const hooks = Object.assign(new SceneHooks(scene), { copied: {} });
+  hooks.draw(false);
+  gl.setSize(20, 20);
+  assert.deepEqual(drawn, []);
 });

@@ -17,7 +17,7 @@ from ..error_places import error_places
 from .outbox import Outbox
 from .system import Background, SystemSpec, Worker
 
-NOT_MADE = 0  # request number in an answer that no worker could be built; requests count from 1
+MADE = 0  # request number in the answer that the worker was built, or why it could not; requests count from 1
 
 
 class PackedResult:
@@ -125,6 +125,7 @@ class WorkerLink:
     """The control process's end of the pipe to its worker process; no method blocks.
 
     lost: reason why the worker has ended, '' while it runs; the system then continues without results.
+    made: set once the worker has been built, or is lost: before that it answers nothing.
     failed: reason of the last failed job; the next one is requested as usual.
     """
 
@@ -134,6 +135,7 @@ class WorkerLink:
         self._number = self._wanted_from = 0
         self._found: tuple[int, Any, str, bytes] | None = None
         self.lost = self.failed = ""
+        self.made = threading.Event()
         threading.Thread(target=self._listen, name="vfix-worker-link", daemon=True).start()
 
     @property
@@ -161,18 +163,23 @@ class WorkerLink:
             while True:
                 answer = self._pipe.recv_bytes()
                 number, result, error = ForkingPickler.loads(answer)
-                if number == NOT_MADE:
+                if number == MADE:
                     self.lost = error
-                    return
+                    if error:
+                        return
+                    self.made.set()
+                    continue
                 self._found = (number, result, error, answer)
         except (EOFError, OSError):
             self.lost = "the worker process ended"
         except Exception as error:  # the result cannot be unpickled
             self.lost = f"the worker process cannot be understood ({type(error).__name__})"
+        finally:
+            self.made.set()
 
 
 def work(spec: SystemSpec, pipe: Connection) -> None:
-    """Run the worker process: build the spec's worker and answer requests until the pipe closes.
+    """Run the worker process: build the spec's worker, say so, and answer requests until the pipe closes.
 
     After a failed job the worker is built again, because its internal state is unknown.
     """
@@ -183,8 +190,9 @@ def work(spec: SystemSpec, pipe: Connection) -> None:
                 try:
                     worker = spec.worker()
                 except Exception as error:
-                    pipe.send((NOT_MADE, None, _failure("the worker process failed", error)))
+                    pipe.send((MADE, None, _failure("the worker process failed", error)))
                     return
+                pipe.send((MADE, None, ""))
             number, inputs = pipe.recv()
             try:
                 answer = ForkingPickler.dumps((number, worker(inputs), ""))

@@ -42,7 +42,10 @@ def control_main(
         with compilation_told(lambda count: events.put(Event("compiled", str(count)))):
             system = spec.build()
             system.prepare()
-        workers: Workers = NoWorker() if to_worker is None else WorkerLink(to_worker)
+        workers: Workers = NoWorker()
+        if to_worker is not None:
+            link = workers = WorkerLink(to_worker)
+            link.made.wait()  # else the first motion waits for it, seconds after 'ready'
         record = log.attach(system.row_layout)
         driver = Driver(system, workers, record)
         hand = Hand(control or first_control(spec.world))

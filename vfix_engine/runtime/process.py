@@ -100,6 +100,7 @@ class ControlProcess(Generic[T]):
         self._heard_at = time.monotonic()
         self._closed = self._end_reported = False
         self._unrecorded_told = set[str]()
+        self._unheard: list[Event] = []  # that came together with 'ready'
 
     def start(self) -> None:
         """Start the process; it sends 'ready' when it can be driven.
@@ -133,8 +134,10 @@ class ControlProcess(Generic[T]):
         deadline = time.monotonic() + timeout
         while time.monotonic() < deadline:
             alive = self.alive  # read first, so that the events of an ending process are seen before its end
-            for event in self._said():
+            said = self._said()
+            for number, event in enumerate(said, 1):
                 if event.kind == "ready":
+                    self._unheard = said[number:]
                     return
                 if event.kind == "compiled":
                     deadline = time.monotonic() + timeout
@@ -280,8 +283,8 @@ class ControlProcess(Generic[T]):
 
     def events(self) -> list[Event]:
         """Events of the process and its recorder since the last call; each end is reported once, after its reason."""
-        found = self._said()
-        recorder = self._recorder
+        unheard, self._unheard = self._unheard, []
+        found, recorder = unheard + self._said(), self._recorder
         if recorder is not None and recorder.failed:
             self._tell_unrecorded(found, "failed", recorder.failed)
         elif recorder is not None and recorder.lost:

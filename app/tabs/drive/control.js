@@ -1,4 +1,5 @@
 // Who keeps the robot in its pathway: the three arms, a paper's parameters, and the values of single links.
+import { behindLine, behindWords } from "/static/js/behind-wall.js";
 import { fixed } from "/static/js/format.js";
 import { NumberFields } from "/static/js/number-fields.js";
 import { hintLine, html, nothing, titled } from "/static/js/template.js";
@@ -18,8 +19,6 @@ const WITHOUT = "Without the certificate: nothing keeps the robot in its pathway
 const HELP = "Manual: the paper’s ‘without’. Left and right, up and down turn one of the last two universal joints, the others follow the centreline. "
   + "Guided: the paper’s ‘with’. Forces on the hand, and no bound that holds; joints still have their range and speed, and in moving tissue the robot waits for the tissue. Without a force device the pull yields to the force. "
   + "Certified: ours. Every motion is certified to stay in the pathway, and stopped at its limit. Another arm ends the run, and the next begins at the entry.";
-const BEHIND_HELP = "The certificate speaks of the fitted pathway, not of the wall. So much of the pathway’s surface lies behind the wall’s triangles, "
-  + "and there a certified link can be as deep behind them, and by its bound deeper.";
 /** @type {[NonNullable<DriveOptionsView["preset"]> | "", string][]} */
 const PRESETS = [["", "Default"], ["kwok2013", "Kwok 2013"]];
 const PRESET_HELP = "Printed parameters of the paper: its polar Hermite surface through four control bends, in place of our control that turns the view. "
@@ -49,7 +48,8 @@ export function controlGroup(connection, options, snake, running) {
   return titled("Arm", null, html`
     <div class="segmented devices" role="group" aria-label="Arm">${ARM_NAMES.map((name) => html`<button type="button" data-arm=${name}
       aria-pressed=${String(name === arm)} ?disabled=${!open} @click=${() => connection.send("drive.arm", { arm: name })}>${ARMS[name][0]}</button>`)}</div>
-    ${hintLine("arm-words", arm === "certified" ? certifiedWords(snake) : ARMS[arm][1], arm === "certified" ? `${BEHIND_HELP} ${HELP}` : HELP)}
+    ${hintLine("arm-words", ARMS[arm][1], HELP)}
+    ${arm === "certified" && snake?.behind ? behindLine("certified-words", behindWords(snake.behind, snake.behind.bound_mm)) : nothing}
     ${arm === "certified" ? nothing : html`<p class="words uncertified" id="uncertified" role="status">${WITHOUT}</p>`}
     ${arm === "manual" ? joints(connection, snake, running) : nothing}
     ${arm === "guided" && snake?.yield_mm_per_s_per_n ? html`<p class="words" id="yield-words">Each newton of guidance moves your pull by ${fixed(snake.yield_mm_per_s_per_n, 0)} mm/s, assumed.</p>` : nothing}
@@ -57,16 +57,6 @@ export function controlGroup(connection, options, snake, running) {
       <select id="drive-preset" aria-label="Parameters" ?disabled=${!open} .value=${preset ?? ""} @change=${choose}>
         ${PRESETS.map(([name, label]) => html`<option value=${name} ?selected=${name === (preset ?? "")}>${label}</option>`)}</select></div>
     <details class="folded" id="link-values"><summary>Values by link</summary>${linkTable(connection, options)}</details>`);
-}
-
-/**
- * What the certificate speaks of: the share of the pathway behind the wall, and its depth there, beside it.
- * @param {SnakeView | null | undefined} snake
- */
-export function certifiedWords(snake) {
-  if (!snake?.behind) return ARMS.certified[1];
-  const { share, depth_mm: depth } = snake.behind;
-  return `Certified · ${fixed(100 * share, 0)} % of the pathway behind wall · up to ${fixed(depth, 1)} mm`;
 }
 
 /**

@@ -198,6 +198,11 @@ export function whyNoLook(off, snake) {
   return snake?.can_look ? "" : "Insert until all links that bend are inside";
 }
 
+/** The link that is deepest behind the wall. @param {SnakeView} snake */
+function deepestWords({ deepest }) {
+  return deepest?.link ? `${fixed(deepest.depth_mm, 1)} mm, link ${deepest.link}` : "None";
+}
+
 /** @param {SnakeView} snake */
 function figures(snake) {
   const { nearest } = snake;
@@ -208,6 +213,7 @@ function figures(snake) {
       ["Links inside", `${snake.links_inside} of ${snake.links}`],
     ]),
     ["Deviation", nearest ? `${fixed(nearest.deviation_mm, 1)} of ${fixed(nearest.bound_mm, 1)} mm, link ${nearest.link}` : "–"],
+    ...(snake.deepest ? [["Behind wall", deepestWords(snake)]] : []),
     ...(snake.lens_mm === null ? [] : [["Lens to wall", snake.lens_mm < 0 ? `${fixed(-snake.lens_mm, 1)} mm behind` : `${fixed(snake.lens_mm, 1)} mm`]]),
     ["Bend", snake.straight ? "Straight" : `${fixed(100 * snake.bend, 0)} % of the most`],
   ];

@@ -10,8 +10,8 @@ from app.cases.model import Case
 from app.drives.prepared_drive import PreparedDrive
 from app.lumen.document import Route, StoredRoute
 from app.lumen.drive_options import LumenDriveOptions
-from app.lumen.lens_wall import LensWall
 from app.lumen.paths import RoutePath
+from app.lumen.robot_wall import RobotWall
 from app.lumen.task_watch import LabelWatch, PolypWatch, TaskWatch
 from app.lumen.tasks import route_polyps
 from app.services import Services
@@ -36,7 +36,7 @@ class PreparedSnake(PreparedDrive[SnakeSnapshot]):
     route: Route
     drive: DriveSettings
     task: TaskWatch[Any] | None = None
-    wall: LensWall | None = None
+    wall: RobotWall | None = None
     landmarks: tuple[tuple[float, str], ...] = ()
 
     def begin(self, process: ControlProcess[SnakeSnapshot]) -> None:
@@ -73,7 +73,7 @@ def prepare(
         route=route.content,
         drive=drive,
         task=task,
-        wall=LensWall(services.lumen_routes.tasks.wall(route.case_id)) if path.tissue is None else None,
+        wall=RobotWall(services.lumen_routes.tasks.wall(route.case_id), path) if path.tissue is None else None,
         landmarks=landmarks_along(services.cases.get(route.case_id), path),
     )
 

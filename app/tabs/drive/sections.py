@@ -39,10 +39,21 @@ class DriveOptionsView(TypedDict):
 
 
 class BehindWallView(TypedDict):
-    """How much of the pathway's surface is behind the wall, and how deep at most: so deep can a certified link be."""
+    """How much of the pathway's surface is behind the wall, and how deep at most: so deep can a certified link be.
+
+    bound_mm: by how much deeper, the largest bound of any link.
+    """
 
     share: float
     depth_mm: float
+    bound_mm: float
+
+
+class DeepestLinkView(TypedDict):
+    """The link that is deepest behind the wall, by its number from the base; 0 mm and 0 where none is."""
+
+    depth_mm: float
+    link: int
 
 
 class SnakeView(TypedDict):
@@ -54,7 +65,8 @@ class SnakeView(TypedDict):
     insertion_mm_per_s, camera_mm_per_s: speeds of an axis that is fully deflected. breathing_mm: 0 where there is none.
     arm: of this drive; certified: in the arm of that name only. joint: that a manual hand turns, 1: the last.
     yield_mm_per_s_per_n: admittance by which a guided pull yields to the force, 0 in other arms.
-    behind: of the pathway. steered: the control has control bends; shown: whether this window shows them.
+    behind: of the pathway; deepest: of the links, None where the tissue moves. steered: the control has control
+    bends; shown: whether this window shows them.
     lens_mm: from the lens to the wall, negative behind it; None where the tissue moves.
     fixed: the robot stands on a fixed base and bends; nothing is inserted.
     """
@@ -77,6 +89,7 @@ class SnakeView(TypedDict):
     joint: int
     yield_mm_per_s_per_n: float
     behind: BehindWallView | None
+    deepest: DeepestLinkView | None
     steered: bool
     shown: bool
     lens_mm: float | None

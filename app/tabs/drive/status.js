@@ -1,4 +1,4 @@
-// What the status bar says of the snake robot: depth, the landmark that it passed, the link nearest to its bound, force, and what holds it.
+// What the status bar says of the snake robot: depth, the landmark that it passed, the link nearest to its bound, how deep the deepest one is behind the wall, force, and what holds it.
 import { holdingWords, reading } from "/static/js/status.js";
 
 /** @import { ViewModel } from "/static/js/types.js" */
@@ -8,12 +8,13 @@ const NEAR_SHARE = 0.9; // of a bound: from there on it is a caution
 export class SnakeStatus {
   constructor() {
     this.depth = reading("Depth");
-    this.passed = reading("Past");
+    this.passed = reading("Past", "minor");
     this.deviation = reading("Deviation");
     this.bound = reading("Bound");
+    this.behind = reading("Behind wall", "minor");
     this.force = reading("Force");
     this.holding = reading("Held by", "fill");
-    this.elements = [this.depth, this.passed, this.deviation, this.bound, this.force, this.holding].map(({ element }) => element);
+    this.elements = [this.depth, this.passed, this.deviation, this.bound, this.behind, this.force, this.holding].map(({ element }) => element);
   }
 
   /** @param {ViewModel} state */
@@ -25,6 +26,8 @@ export class SnakeStatus {
     this.passed.say(snake?.passed ?? "");
     this.deviation.set(nearest?.deviation_mm, 1, "mm");
     this.bound.set(nearest?.bound_mm, 1, "mm");
+    this.behind.element.hidden = !snake?.deepest;
+    this.behind.set(snake?.deepest?.depth_mm, 1, "mm");
     this.deviation.element.classList.toggle("caution", Boolean(nearest && nearest.deviation_mm > NEAR_SHARE * nearest.bound_mm));
     this.force.set(rehearsal?.force_n, 2, "N");
     this.holding.say(holdingWords(rehearsal ?? {}, "At the entry, not started"));

@@ -8,10 +8,11 @@ from app.drives.drive_record import DriveRecord
 from app.drives.view import FREE, place
 from app.lumen.document import StoredRoute
 from app.lumen.paths import RoutePath
+from app.lumen.robot_wall import RobotWall
 from app.tabs.drive.preparation import PreparedSnake
-from app.tabs.drive.sections import BehindWallView, LinkView, SnakeView
+from app.tabs.drive.sections import BehindWallView, DeepestLinkView, LinkView, SnakeView
 from app.workspace.sections import ScopePoseView, ScopeSection
-from vfix_engine.worlds.snake.settings import SnakeSettings
+from vfix_engine.worlds.snake.settings import DriveSettings, SnakeSettings
 from vfix_engine.worlds.snake.snapshot import SnakeSnapshot
 
 NEAR_SHARE = 0.98  # of a bound: a motion outwards is cut short from there on
@@ -45,10 +46,11 @@ def snake_section(now: SnakeRecord, shown: bool = False) -> SnakeView | None:
         "certified": snapshot.certified,
         "joint": snapshot.hand_joint,
         "yield_mm_per_s_per_n": drive.yield_mm_per_s_per_n if drive.arm == "guided" else 0.0,
-        "behind": behind_wall(prepared.path),
+        "behind": behind_wall(prepared.path, drive),
+        "deepest": None if prepared.wall is None else _deepest(prepared.wall, snapshot),
         "steered": drive.control == "parameterised",
         "shown": shown,
-        "lens_mm": None if prepared.wall is None else round(prepared.wall.distance_mm(snapshot.camera), 1),
+        "lens_mm": None if prepared.wall is None else round(prepared.wall.lens_mm(snapshot.camera), 1),
         "fixed": prepared.path.base is not None,
     }
 
@@ -58,12 +60,18 @@ def passed(prepared: PreparedSnake, depth_mm: float) -> str:
     return next((name for s, name in reversed(prepared.landmarks) if s <= depth_mm), "")
 
 
-def behind_wall(path: RoutePath) -> BehindWallView | None:
-    """How much of a pathway is behind the wall."""
+def behind_wall(path: RoutePath, drive: DriveSettings) -> BehindWallView | None:
+    """How much of a pathway is behind the wall, and how far a link of a drive may leave it."""
     found = path.reach.behind_wall
     if found is None:
         return None
-    return {"share": round(found.outside, 4), "depth_mm": round(found.depth_mm[-1], 2)}
+    bound = round(path.bound_mm(drive), 2)
+    return {"share": round(found.outside, 4), "depth_mm": round(found.depth_mm[-1], 2), "bound_mm": bound}
+
+
+def _deepest(wall: RobotWall, snapshot: SnakeSnapshot) -> DeepestLinkView:
+    found = wall.deepest(snapshot)
+    return {"depth_mm": round(found.mm, 1), "link": found.link}
 
 
 def _nearest(snapshot: SnakeSnapshot) -> LinkView | None:

@@ -2,6 +2,7 @@
 import { h } from "/static/js/dom.js";
 import { when } from "/static/js/format.js";
 import { askForImages, askName, note, noteDone } from "/static/js/dialogs.js";
+import { chooseStudy } from "/static/js/led-study.js";
 import { ListFilter } from "/static/js/list-filter.js";
 import { download } from "/static/js/rest.js";
 import { rovingRows } from "/static/js/roving.js";
@@ -23,7 +24,7 @@ export class HeadsList {
   }
 
   /** @param {ViewModel} state */
-  update({ cases, case: open }) {
+  update({ cases, case: open, study }) {
     const items = (cases?.items ?? []).filter((item) => this.deleted || !item.deleted);
     const show = (/** @type {Event} */ { currentTarget }) => {
       this.deleted = /** @type {HTMLInputElement} */ (currentTarget).checked;
@@ -35,6 +36,7 @@ export class HeadsList {
       <ul class="list two-lines plain-rows" id="cases" aria-label="Cases">${repeat(shown, ({ id, deleted }) => `${id} ${deleted}`, (item) => this.row(item, item.id === open?.id))}</ul>
       ${shown.length || !items.length ? nothing : html`<p class="empty">None found.</p>`}
       <button type="button" class="wide" id="save-case" title=${SAVED} ?disabled=${!open} @click=${() => save(open)}>Save ${open?.noun ?? "head"} …</button>
+      ${study ? nothing : html`<button type="button" class="wide" id="choose-study" title="A study of people, from its file (.toml)" data-operation="study.new" ?disabled=${!open} @click=${() => chooseStudy(this.connection)}>Open study …</button>`}
       <label class="check"><input type="checkbox" .checked=${live(this.deleted)} @change=${show}>Show deleted</label>`);
     this.roving.update();
   }

@@ -45,8 +45,9 @@ export class CompareTable {
    */
   show(scored, runs, planName) {
     draw(this.element, scored.length < 2 ? html`<p class="empty">Add another run with <strong>+</strong> in the list.</p>` : html`
-      <table class="compare"><thead><tr><td></td>${scored.map(({ run }, index) => html`<th scope="col" colspan=${index ? 2 : 1}>
+      <table class="compare"><thead><tr><td></td>${scored.map(({ run, score }, index) => html`<th scope="col" colspan=${index ? 2 : 1}>
         <span class="compare-name" data-run=${index === 0 ? "main" : index === 1 ? "ghost" : "other"}>${modeWord(drivenAs(run))}</span>${isUncertified(run) ? html`<span class="pill">${UNCERTIFIED}</span>` : nothing}
+        ${viewOf(run).certificate(score) ? html`<span class="compare-sub certified-of">${viewOf(run).certificate(score)}</span>` : nothing}
         <span class="compare-sub">${planName(run.plan_id)} · ${runName(run)}</span></th>`)}</tr></thead>
       <tbody>${FIGURES_OF[drivenOf(scored[0].run)](scored.map(({ score }) => score)).map((figure) => this.row(figure, scored))}</tbody></table>
       ${this.pairs(scored, runs)}`);

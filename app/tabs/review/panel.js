@@ -257,7 +257,7 @@ export default class ReviewPanel {
     const last = lastOf(this.runs.filter(({ plan_id: plan }) => plan === run.plan_id), how ?? "");
     this.curve.show(last, teacher);
     return html`${titled(`Run of ${runName(run)}`, null, html`
-      ${modeLine(how, !score.certified)}
+      ${modeLine(how, !score.certified, view.certificate(score))}
       ${unplayed ? html`<p class="words caution" role="status">No replay: ${unplayed}</p>` : nothing}
       ${resultLine(view, this.connection.state, run, score)}
       ${scoreFacts(view.facts(score))}

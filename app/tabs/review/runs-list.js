@@ -67,10 +67,11 @@ export class RunsList {
     const { open, beside, planName } = this.shown;
     const isOpen = run.id === open, at = beside.indexOf(run.id);
     const figures = run.score ? [duration(run.score.time_s), viewOf(run).short(run.score)].filter(Boolean).join(", ") : "not scored";
-    const uncertified = isUncertified(run), task = run.score && "task" in run.score ? run.score.task : null;
+    const uncertified = isUncertified(run), of = run.score ? viewOf(run).certificate(run.score) : "", task = run.score && "task" in run.score ? run.score.task : null;
     return html`<li class="row" data-run=${run.id} aria-current=${String(isOpen)}>
       <button type="button" class="row-main" title=${planName(run.plan_id)} @click=${() => this.wishes.open(run.id)}>
         <span class="run-row-head">${modeWord(drivenAs(run))} <span class="number">${figures}</span></span><span class="row-sub">${[...task ? [task] : [], planName(run.plan_id), runName(run)].join(" · ")}</span>
+        ${of ? html`<span class="row-sub certified-of">${of}</span>` : nothing}
         ${run.teacher ? html`<span class="pill teacher">teacher</span>` : nothing}
         ${uncertified ? html`<span class="pill">${UNCERTIFIED}</span>` : nothing}</button>
       <div class="row-tools"><button type="button" class="icon plain beside" data-ghost=${String(at === 0)} aria-pressed=${String(at >= 0)} ?disabled=${isOpen || !open} title=${isOpen ? "It is open" : "Beside the open run"} aria-label="Beside the open run"

@@ -1,4 +1,5 @@
 // Route: the routes of a lumen, entry and end of the open one, the robot, and how wide its pathway is along the way.
+import { behindLine, behindWords } from "/static/js/behind-wall.js";
 import { askName, noteDone } from "/static/js/dialogs.js";
 import { isUndoKey } from "/static/js/fields.js";
 import { h } from "/static/js/dom.js";
@@ -211,7 +212,7 @@ function pathWords(path) {
     ["Tip reaches", `${fixed(path.reach_mm, 0)} mm`],
   ];
   return html`<dl class="facts" id="route-facts">${facts.map(([term, value]) => html`<dt>${term}</dt><dd>${value}</dd>`)}</dl>
-    ${path.behind_share === null ? "" : html`<p class="words" id="behind-words">Outside the lumen: ${fixed(100 * path.behind_share, 0)} % of the pathway, up to ${fixed(path.behind_mm, 1)} mm</p>`}
+    ${path.behind_share === null || path.behind_mm === null ? "" : behindLine("behind-words", behindWords({ share: path.behind_share, depth_mm: path.behind_mm }, path.bound_mm))}
     <p class="plot-keys scene-keys"><span><i></i>Pathway in 3D</span>${path.limit === "end" ? "" : html`<span><i data-key="stop"></i>Tip stops</span>`}</p>
     <p class=${["narrow", "bound", "shape"].includes(path.limit) ? "words caution" : "words"} id="reach-words">${said(path.reach_words)}</p>`;
 }

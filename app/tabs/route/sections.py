@@ -119,7 +119,8 @@ class RoutePathSection(TypedDict):
     """What was computed of the open route; lengths in mm.
 
     words: why it failed. reach_mm: how deep the tip comes; limit, reach_words: what ends its way. offers: what would
-    come deeper. behind_share, behind_mm: how much of the pathway's surface is behind the wall, and how deep at most.
+    come deeper. behind_share, behind_mm: how much of the pathway's surface is behind the wall, and how deep at most;
+    bound_mm: the largest bound of a link.
     s_mm, radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
     """
 
@@ -133,6 +134,7 @@ class RoutePathSection(TypedDict):
     offers: list[ReachOfferView]
     behind_share: float | None
     behind_mm: float | None
+    bound_mm: float | None
     least_mm: float | None
     least_at_mm: float | None
     s_mm: list[float]

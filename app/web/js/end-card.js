@@ -178,14 +178,14 @@ export class EndCard {
     const task = "task" in score ? score.task : null;
     const title = task ? (task.completed ? "Task completed" : "Task ended") : score.completed ? view.done : "Run ended";
     return html`${titled(title, null, html`
-      ${modeLine(how, isUncertified(run))}
+      ${modeLine(how, isUncertified(run), view.certificate(score))}
       ${this.criteria(run.id)}
       ${resultLine(view, this.connection.state, run, score)}
       ${scoreFacts(view.facts(score))}
       ${holdList(feltHolds(score), ({ t_s: at }) => openRun(this.connection, { run: run.id, at }))}
       ${view.learning ? learningPart(last, teacher, this.curve) : nothing}
       ${others.length ? html`<ul class="other-modes" aria-label="Other ${view.how}s">${others.map((other) => html`<li>
-        <button type="button" class="plain" title="Compare with this run" @click=${() => openRun(this.connection, { run: run.id, compare: [other.id] })}><span>${modeWord(drivenAs(other))}${isUncertified(other) ? html` <span class="pill">${UNCERTIFIED}</span>` : nothing}</span><span class="number">${view.brief(other.score)}</span></button></li>`)}</ul>` : nothing}
+        <button type="button" class="plain" title="Compare with this run" @click=${() => openRun(this.connection, { run: run.id, compare: [other.id] })}><span>${modeWord(drivenAs(other))}${isUncertified(other) ? html` <span class="pill">${UNCERTIFIED}</span>` : nothing}</span><span class="number">${view.brief(other.score)}</span>${other.score && view.certificate(other.score) ? html`<span class="certified-of">${view.certificate(other.score)}</span>` : nothing}</button></li>`)}</ul>` : nothing}
       <div class="buttons even"><button type="button" class="primary" id="run-again" data-command="rehearsal.start" @click=${() => this.start()}>Again</button
         ><button type="button" id="run-replay" data-command="step.set" @click=${() => openRun(this.connection, { run: run.id })}>Replay</button></div>
       <div class="buttons even"><button type="button" id="run-compare" ?disabled=${runs.length < 2} title=${runs.length < 2 ? `This is the first run of the ${view.of}` : "Beside the run before"}

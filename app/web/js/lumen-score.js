@@ -1,4 +1,5 @@
 // The score of a run of a snake robot in a lumen, as rows.
+import { behindWords } from "./behind-wall.js";
 import { fixed, sentence } from "./format.js";
 import { duration } from "./runs.js";
 
@@ -6,8 +7,8 @@ import { duration } from "./runs.js";
 /** @import { LumenScorePublic, ViewModel } from "./types.js" */
 
 const PERCENT = 100;
-const DECIDE = ["Time", "Depth", "Share of the route", "Deviation, largest", "Beyond bound", "Hand force, largest"];
-const DECIDE_TASK = ["Time", "Depth", "Distance error", "Angle error", "Distance from the arrow", "Beyond bound", "Hand force, largest"];
+const DECIDE = ["Time", "Depth", "Deviation, largest", "Beyond bound", "Behind wall, links", "Hand force, largest"];
+const DECIDE_TASK = ["Time", "Depth", "Distance error", "Angle error", "Distance from the arrow", "Beyond bound", "Behind wall, links"];
 
 /**
  * The result in one line: what the task came to, and where the tip did.
@@ -20,6 +21,14 @@ export function lumenResult({ completed, depth_mm: depth, length_mm: length, tas
   if (depth !== null && completed) parts.push(`reached ${place}, ${fixed(depth, 0)} mm`);
   else if (depth !== null) parts.push(task?.result ? "end not reached" : `came ${fixed(depth, 0)} of ${fixed(length, 0)} mm`);
   return sentence(parts.join(" · "));
+}
+
+/**
+ * What stands beside the arm of a run that was certified.
+ * @param {Pick<LumenScorePublic, "certified" | "behind_wall" | "bound_mm">} score
+ */
+export function lumenCertificate({ certified, behind_wall: behind, bound_mm: bound }) {
+  return certified ? behindWords(behind, bound) : "";
 }
 
 /**
@@ -40,7 +49,7 @@ export function endName({ route, route_path: path, case: open }, routeId, { leng
  * @returns {Fact[]}
  */
 export function lumenFacts(score) {
-  const { deviation, nearest_mm: nearest, beyond_bound_mm: beyond, force_n: force, withdrawal_s: back, task } = score;
+  const { deviation, nearest_mm: nearest, bound_mm: bound, beyond_bound_mm: beyond, behind_wall: behind, force_n: force, withdrawal_s: back, task } = score;
   /** @type {Fact[]} */
   const facts = [
     { name: "Time", value: duration(score.time_s) },
@@ -56,7 +65,10 @@ export function lumenFacts(score) {
   if (deviation) facts.push({ name: "Deviations", value: `${deviation.episodes}, ${duration(deviation.time_s)}` }, { name: "Deviation, largest", value: `${fixed(deviation.depth_mm?.max ?? 0, 1)} mm` });
   if (nearest) facts.push({ name: "Nearest to a bound", value: `${fixed(nearest.max, 1)} mm` });
   facts.push(
+    ...(bound === null ? [] : [{ name: "Bound, largest", value: `${fixed(bound, 1)} mm` }]),
     { name: "Beyond bound", value: `${fixed(beyond, beyond > 0 ? 1 : 0)} mm`, worse: beyond > 0 },
+    ...(behind ? [{ name: "Behind wall, links", value: behind.links_mm === null ? "not measured" : `${fixed(behind.links_mm, 1)} mm` },
+      { name: "Behind wall, pathway", value: `${fixed(PERCENT * behind.share, 0)} %, ${fixed(behind.depth_mm, 1)} mm` }] : []),
     { name: "Path of the tip", value: `${fixed(score.path_length_mm, 0)} mm` },
     { name: "Hand force, mean", value: `${fixed(force.mean, 2)} N` },
     { name: "Hand force, largest", value: `${fixed(force.max, 1)} N` },
@@ -69,6 +81,6 @@ export function lumenFacts(score) {
 }
 
 /** @param {LumenScorePublic} score what a list says of it */
-export function shortOfLumen({ certified, completed, time_s, depth_mm, nearest_mm: nearest, beyond_bound_mm, held_s, task }) {
-  return { certified, completed, time_s, depth_mm, deviation_mm: nearest?.max ?? null, beyond_bound_mm, held_s, task: task?.title ?? null };
+export function shortOfLumen({ certified, completed, time_s, depth_mm, nearest_mm: nearest, beyond_bound_mm, bound_mm, behind_wall, held_s, task }) {
+  return { certified, completed, time_s, depth_mm, deviation_mm: nearest?.max ?? null, beyond_bound_mm, bound_mm, behind_wall, held_s, task: task?.title ?? null };
 }

@@ -35,7 +35,7 @@ export function plotOptions({ width, height, lines, x, unit, digits = 1, least =
     scales: { x: { time: false }, y: { range: (...[, low, high]) => rangeOf(least ?? low, high) } },
     axes: [
       { ...common, size: 22, values: (...[, values]) => values.map((value) => x(value)) },
-      { ...common, size: 46 + 7 * Math.max(digits - 3, 0), values: (...[, values]) => values.map((value) => fixed(value, digits)), label: unit, labelSize: 14, labelFont: FONT, labelGap: 0 },
+      { ...common, size: 46 + 7 * Math.max(digits - 3, 0), values: (...[, values, , , step]) => values.map((value) => fixed(value, Math.max(digits, Math.min(3, Math.ceil(-Math.log10(step)))))), label: unit, labelSize: 14, labelFont: FONT, labelGap: 0 },
     ],
     series: [{}, ...lines.map((line) => seriesOf(line))],
   };

@@ -20,9 +20,10 @@ const HELP = {
  * Mode of a run, and in colour that it had no certificate.
  * @param {string | null} mode
  * @param {boolean} uncertified
+ * @param {string} [beside] figures of what its certificate does not speak of
  */
-export function modeLine(mode, uncertified) {
-  return html`<p class="run-mode" data-uncertified=${String(uncertified)}><strong>${modeWord(mode)}</strong>${uncertified ? html`<span class="pill">${UNCERTIFIED}</span>` : nothing}</p>`;
+export function modeLine(mode, uncertified, beside = "") {
+  return html`<p class="run-mode" data-uncertified=${String(uncertified)}><strong>${modeWord(mode)}</strong>${uncertified ? html`<span class="pill">${UNCERTIFIED}</span>` : nothing}${beside ? html`<span class="certified-of">${beside}</span>` : nothing}</p>`;
 }
 
 /**

@@ -1,6 +1,6 @@
 // What is said of a run, by what was driven: a rigid tool along its path, or a snake robot in a lumen.
 import { fixed } from "./format.js";
-import { endName, lumenFacts, lumenResult, shortOfLumen } from "./lumen-score.js";
+import { endName, lumenCertificate, lumenFacts, lumenResult, shortOfLumen } from "./lumen-score.js";
 import { factsOf } from "./run-score.js";
 import { duration, millimetres, shortOf } from "./runs.js";
 import { html, nothing } from "./template.js";
@@ -12,10 +12,10 @@ import { html, nothing } from "./template.js";
 /** @typedef {"tool" | "lumen"} Driven */
 /**
  * of: what was driven, as a document; how: what runs of it differ by. done: that a run came to its end. facts: of a score.
- * result: of a score in one line, '' where its figures say it. short: of a score that a list has, after the time; brief: the same in one line with it. shortOf: of a score. learning: whether tip errors make a
+ * certificate: figures beside a certified score. result: of a score in one line, '' where its figures say it. short: of a score that a list has, after the time; brief: the same in one line with it. shortOf: of a score. learning: whether tip errors make a
  * learning curve, which a teacher's run may lead. laid: whether it can be laid into the scene. report: whether there is one to
  * print. formats: that it is exported in.
- * @typedef {{ of: string, how: string, done: string, facts: (score: any) => Fact[], result: (score: any, end?: string) => string, short: (score: any) => string, brief: (score: any) => string, shortOf: (score: any) => AnyShort,
+ * @typedef {{ of: string, how: string, done: string, facts: (score: any) => Fact[], certificate: (score: any) => string, result: (score: any, end?: string) => string, short: (score: any) => string, brief: (score: any) => string, shortOf: (score: any) => AnyShort,
  *   learning: boolean, laid: boolean, report: boolean, formats: string[] }} RunView
  */
 
@@ -27,6 +27,7 @@ const VIEWS = {
   tool: {
     of: "plan", how: "mode", done: "Path completed",
     facts: (/** @type {ScorePublic} */ score) => factsOf(score),
+    certificate: () => "",
     result: () => "",
     short: (/** @type {ShortScore} */ { error_mm: error }) => (error === null ? "" : millimetres(error)),
     brief: (/** @type {ShortScore} */ { time_s: time, error_mm: error, contacts }) => `${fixed(time, 1)} s, ${millimetres(error)}${contacts ? `, ${contacts} contacts` : ""}`,
@@ -36,6 +37,7 @@ const VIEWS = {
   lumen: {
     of: "route", how: "arm", done: "End reached",
     facts: (/** @type {LumenScorePublic} */ score) => lumenFacts(score),
+    certificate: (/** @type {LumenScorePublic | ShortLumenScore} */ score) => lumenCertificate(score),
     result: (/** @type {LumenScorePublic} */ score, end = "") => lumenResult(score, end),
     short: (/** @type {ShortLumenScore} */ { depth_mm: depth, deviation_mm: off }) => [...(depth === null ? [] : [`${fixed(depth, 0)} mm`]), ...(off === null ? [] : [`deviation ${fixed(off, 1)} mm`])].join(", "),
     brief: (/** @type {ShortLumenScore} */ { time_s: time, depth_mm: depth }) => `${duration(time)}${depth === null ? "" : `, ${fixed(depth, 0)} mm`}`,

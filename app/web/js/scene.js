@@ -22,6 +22,7 @@ export const TOUCHED = "vfix:scene-touched";
 const SOFTWARE_RESOLUTION = 0.6;
 const STILL_MS = 400; // until a scene that rests has been drawn in its size
 const REST_MS = 2000; // between two frames of it
+const BRIEF_MS = 50; // a frame that takes longer would cost the hand its hold: the page has to say in time that it is awake
 const SCALES_MM = [1, 2, 5, 10, 20, 50, 100, 200];
 
 export class SceneFrame {
@@ -160,14 +161,19 @@ export class SceneFrame {
   /** A scene that rests shows a copy of its last frame: its canvas is empty where the browser paints it anew. */
   drawOnce() {
     clearTimeout(this.restTimer);
-    if (this.layer) this.layer.hooks.copied = this.still;
     this.layer?.hooks.draw(true);
     this.drawn = true;
     this.restTimer = setTimeout(() => {
       this.restTimer = undefined;
-      if (this.layer) this.layer.hooks.copied = null;
       this.drawIfSeen();
     }, STILL_MS);
+  }
+
+  /** While a hand drives, only frames are drawn that are brief. */
+  drawAgain() {
+    const waits = pacing.held && (this.layer?.hooks.tookMs ?? Infinity) > BRIEF_MS;
+    byId("scene-rests").textContent = waits ? "3D waits while you drive." : "3D is drawn every 2 s.";
+    if (!waits) this.drawOnce();
   }
 
   /** A hidden frame continues to draw unless it is notified. */
@@ -184,15 +190,14 @@ export class SceneFrame {
    * @param {ViewModel} state
    */
   restIfMust({ rehearsal, step }) {
-    const rests = this.software && (this.layout === "endoscope" || this.layout === "endoscope-alone") && step?.input === "drive" && rehearsal?.state === "running";
+    const mayRest = this.software && (this.layout === "endoscope" || this.layout === "endoscope-alone") && step?.input === "drive";
+    if (this.layer) this.layer.hooks.copied = mayRest ? this.still : null;
+    const rests = mayRest && rehearsal?.state === "running";
     if (rests === this.rests) return;
     this.rests = rests;
     byId("scene-rests").hidden = this.still.hidden = !rests;
     clearInterval(this.pulse);
-    if (rests) {
-      this.drawOnce();
-      this.pulse = setInterval(() => this.drawOnce(), REST_MS);
-    }
+    if (rests) this.pulse = setInterval(() => this.drawAgain(), REST_MS); // its last frame is there: who presses Start drives at once
     this.drawIfSeen();
   }
 

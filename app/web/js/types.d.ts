@@ -731,7 +731,8 @@ export interface MarkKindView {
  * What was computed of the open route; lengths in mm.
  *
  * words: why it failed. reach_mm: how deep the tip comes; limit, reach_words: what ends its way. offers: what would
- * come deeper. behind_share, behind_mm: how much of the pathway's surface is behind the wall, and how deep at most.
+ * come deeper. behind_share, behind_mm: how much of the pathway's surface is behind the wall, and how deep at most;
+ * bound_mm: the largest bound of a link.
  * s_mm, radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
  */
 export interface RoutePathSection {
@@ -745,6 +746,7 @@ export interface RoutePathSection {
   offers: ReachOfferView[];
   behind_share: number | null;
   behind_mm: number | null;
+  bound_mm: number | null;
   least_mm: number | null;
   least_at_mm: number | null;
   s_mm: number[];
@@ -1251,7 +1253,8 @@ export interface StageView {
  * insertion_mm_per_s, camera_mm_per_s: speeds of an axis that is fully deflected. breathing_mm: 0 where there is none.
  * arm: of this drive; certified: in the arm of that name only. joint: that a manual hand turns, 1: the last.
  * yield_mm_per_s_per_n: admittance by which a guided pull yields to the force, 0 in other arms.
- * behind: of the pathway. steered: the control has control bends; shown: whether this window shows them.
+ * behind: of the pathway; deepest: of the links, None where the tissue moves. steered: the control has control
+ * bends; shown: whether this window shows them.
  * lens_mm: from the lens to the wall, negative behind it; None where the tissue moves.
  * fixed: the robot stands on a fixed base and bends; nothing is inserted.
  */
@@ -1274,6 +1277,7 @@ export interface SnakeView {
   joint: number;
   yield_mm_per_s_per_n: number;
   behind: BehindWallView | null;
+  deepest: DeepestLinkView | null;
   steered: boolean;
   shown: boolean;
   lens_mm: number | null;
@@ -1287,10 +1291,21 @@ export interface LinkView {
   bound_mm: number;
 }
 
-/** How much of the pathway's surface is behind the wall, and how deep at most: so deep can a certified link be. */
+/**
+ * How much of the pathway's surface is behind the wall, and how deep at most: so deep can a certified link be.
+ *
+ * bound_mm: by how much deeper, the largest bound of any link.
+ */
 export interface BehindWallView {
   share: number;
   depth_mm: number;
+  bound_mm: number;
+}
+
+/** The link that is deepest behind the wall, by its number from the base; 0 mm and 0 where none is. */
+export interface DeepestLinkView {
+  depth_mm: number;
+  link: number;
 }
 
 /**
@@ -2150,7 +2165,8 @@ export interface ShortScore {
  *
  * completed: as in `LumenScorePublic`. depth_mm: the tip's deepest place, null on a fixed base. deviation_mm: the
  * largest of the link nearest to its bound, null in a run whose rows do not have it. beyond_bound_mm: 0 where no link
- * was beyond it. task: its title, null where the run was of none.
+ * was beyond it. bound_mm, behind_wall: what stands beside a certificate, as in `LumenScorePublic`. task: its
+ * title, null where the run was of none.
  */
 export interface ShortLumenScore {
   certified: boolean;
@@ -2159,8 +2175,22 @@ export interface ShortLumenScore {
   depth_mm: number | null;
   deviation_mm: number | null;
   beyond_bound_mm: number;
+  bound_mm: number | null;
+  behind_wall: BehindWallPublic | null;
   held_s: number;
   task: string | null;
+}
+
+/**
+ * What a certificate of the pathway does not speak of; see docs/metrics.md.
+ *
+ * share: of the pathway's surface behind the wall, depth_mm: its largest depth there. links_mm: the most that a link
+ * was behind the wall, null where the tissue moves.
+ */
+export interface BehindWallPublic {
+  share: number;
+  depth_mm: number;
+  links_mm: number | null;
 }
 
 export interface RunFilePublic {
@@ -2315,7 +2345,8 @@ export interface JointPublic {
  * length_mm, reach_mm: of the pathway, and how far along it this robot can come; share: of length_mm. insertion_s:
  * until the deepest place; withdrawal_s: from then until the tip was out, null where it was not. All from depth_mm on
  * are null on a fixed base, from which nothing is inserted. deviation: of the last links, nearest_mm: of the link
- * nearest to its bound; both null in a run whose rows do not have them. held_by: the longest first; holds: in the
+ * nearest to its bound, bound_mm: the largest bound that it had; all null in a run whose rows do not have them.
+ * behind_wall: null without the lumen's surface. held_by: the longest first; holds: in the
  * order of time. task: what the run's task adds, null without one.
  */
 export interface LumenScorePublic {
@@ -2336,8 +2367,10 @@ export interface LumenScorePublic {
   path_length_mm: number;
   deviation: DeviationPublic | null;
   nearest_mm: MeanMaxPublic | null;
+  bound_mm: number | null;
   beyond_bound_mm: number;
   beyond_bound_s: number;
+  behind_wall: BehindWallPublic | null;
   force_n: MeanMaxPublic;
   held_s: number;
   held_by: HeldPublic[];

@@ -102,6 +102,13 @@ def test_the_order_is_that_of_the_command_line(led: Led) -> None:
         course_of(led.content, "P03")
 
 
+def test_a_consent_beside_a_trial_of_another_leaves_the_session_to_it(led: Led) -> None:
+    led.do(o.ConfirmConsent(subject="P01"))
+    led.do(o.BeginTrial(subject="P01"))
+    led.do(o.ConfirmConsent(subject="P02"))
+    assert (led.content.subject, led.content.consents) == ("P01", ("P01", "P02"))
+
+
 def test_a_subject_consents_before_the_first_trial(led: Led) -> None:
     assert next_of(led.content, "P01").what == "consent"
     for early in (o.BeginTrial(subject="P01"), o.SkipTrial(subject="P01", reason="ill")):

@@ -24,6 +24,7 @@ from app.tabs.drive.routes import COLUMNS
 from app.tabs.drive.view import passed
 from vfix_engine.errors import ControlError
 from vfix_engine.kernels.preparation import Preparation
+from vfix_engine.pathway.limits.link_bounds import BOUND_MM
 from vfix_engine.snake.conform.conforming import driven_curve
 
 
@@ -232,6 +233,9 @@ def test_the_share_behind_the_wall_stands_beside_certified(
     assert path.reach.behind_wall is not None
     assert shown["behind"]["share"] == pytest.approx(path.reach.behind_wall.outside, abs=1e-4)
     assert shown["behind"]["depth_mm"] == pytest.approx(path.reach.behind_wall.depth_mm[-1], abs=1e-2)
+    assert shown["behind"]["bound_mm"] == pytest.approx(path.bound_mm(path.settings), abs=1e-2)
+    assert 0.0 < shown["behind"]["bound_mm"] <= BOUND_MM
+    assert shown["deepest"] == {"depth_mm": 0.0, "link": 0}  # at the entry no link is inside
 
 
 def test_landmarks_on_the_way_have_their_depth_and_others_are_none(

@@ -19,6 +19,7 @@ from vfix_engine.runtime.events import Event
 from vfix_engine.runtime.process import ControlProcess
 from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import Run, RunWriter
+from vfix_engine.runtime.system import Worker
 
 Process = ControlProcess[TinySnapshot]
 
@@ -145,6 +146,56 @@ def test_a_worker_that_dies_stops_no_tick(process: Process) -> None:
         notes.extend(event.text for event in process.events() if event.kind == "note")
 
     until(process, lambda _: any("worker process ended" in text for text in notes), listen)
+
+
+@dataclass(frozen=True)
+class SlowlyMadeSpec(TinySpec):
+    """Its worker leaves a file when it has been built, long after the system."""
+
+    file: str = ""
+
+    def worker(self) -> Worker:
+        time.sleep(1.5)
+        Path(self.file).touch()
+        return super().worker()
+
+
+def test_a_drive_is_ready_when_its_worker_is(tmp_path: Path) -> None:
+    """What a motion waits for is planned at once: nobody presses a key for seconds in vain."""
+    made = tmp_path / "made"
+    one: Process = ControlProcess(SlowlyMadeSpec(file=str(made)), real_time=False)
+    try:
+        one.start()
+        one.wait_ready(60.0)
+        assert made.exists()
+    finally:
+        one.close()
+
+
+@dataclass(frozen=True)
+class NeverMadeSpec(TinySpec):
+    """Its worker cannot be built."""
+
+    def worker(self) -> Worker:
+        raise ValueError("no worker")
+
+
+def test_a_drive_whose_worker_cannot_be_made_goes_on_and_says_so() -> None:
+    one: Process = ControlProcess(NeverMadeSpec(), real_time=False)
+    notes: list[str] = []
+
+    def listen() -> None:
+        one.drive(1)
+        notes.extend(event.text for event in one.events() if event.kind == "note")
+
+    try:
+        one.start()
+        one.wait_ready(60.0)
+        one.run()
+        until(one, lambda s: s.steps > 50 and bool(notes), listen)
+        assert notes == ["the worker process failed (ValueError: no worker); it goes on without its results"]
+    finally:
+        one.close()
 
 
 def test_work_that_fails_once_is_told_and_the_next_piece_is_done(process: Process) -> None:

@@ -11,6 +11,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+import trimesh
 from scipy.ndimage import label
 
 from vfix_engine.errors import InputError
@@ -280,3 +281,32 @@ def test_the_way_is_that_of_the_curve() -> None:
     centre = spec.lumen.centre if isinstance(spec.lumen, LumenContours) else np.empty((0, 3))
     assert length == pytest.approx(Curve.through(centre).length, rel=0.01)
     assert reach == pytest.approx(LINKS * 28.0)
+
+
+def test_a_score_says_how_much_is_behind_the_wall(tmp_path: Path) -> None:
+    """A straight pathway of 13 mm radius in a square tube 24 mm wide is behind the middle of each wall."""
+    line = np.column_stack([np.zeros((21, 2)), np.linspace(0.0, 200.0, 21)])
+    contours = LumenContours(line, np.full((21, 1), 13.0), 41)
+    drive = DriveSettings(bends=4, arm="manual", vertices_per_link=30)
+    spec = SnakeSystemSpec(contours, SnakeModel(LINKS), SnakeSettings(STEP_S, SPEED), drive, None, START_MM)
+    system = spec.build()
+    writer = RunWriter(tmp_path / "run", spec, system.row_layout)
+    driver = Driver(system, InlineWorker(system.planner, 3), writer)
+    for axes, count in (((0.0, 0.0, 1.0), 300), ((1.0, 0.0, 0.0), 400)):
+        for _ in range(count):
+            driver.step(replace(no_command(), axes=axes))
+    writer.close()
+    run, box = Run.read(tmp_path / "run"), trimesh.creation.box((24.0, 24.0, 400.0))
+    wall = TriangleMesh(np.asarray(box.vertices), np.asarray(box.faces))
+    score = score_lumen_run(run, wall=wall)
+    found, samples = score.behind_wall, lumen_samples_of(run)
+    assert found is not None
+    angle = np.arccos(12.0 / 13.0)  # of a rim to either side of the middle of a wall
+    assert found.share == pytest.approx(8.0 * angle / (2.0 * np.pi), abs=0.03)
+    assert found.depth_mm == pytest.approx(1.0, abs=0.01)
+    assert score.bound_mm == np.nanmax(samples.bound)
+    ends = np.array([spec.snake.frames(q, base)[1:, :2, 3] for q, base in zip(samples.q, samples.base, strict=True)])
+    deepest = np.abs(ends).max() + spec.snake.radius_mm - 12.0  # of a ball about a joint or the tip
+    assert deepest > 1.0
+    assert found.links_mm == pytest.approx(deepest, abs=0.3)
+    assert score_lumen_run(run).behind_wall is None

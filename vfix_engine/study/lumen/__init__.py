@@ -1,5 +1,6 @@
 """What a run of a snake robot in a lumen is worth, and what is plotted of it, from the run alone; docs/metrics.md."""
 
+from .behind_wall import BehindWall
 from .holds import lumen_holds_of
 from .samples import LumenSamples, lumen_samples_of
 from .score import LumenScore, score_lumen_run
@@ -8,6 +9,7 @@ from .task_rows import TASKS, TaskRow, TaskScore
 
 __all__ = [
     "TASKS",
+    "BehindWall",
     "LumenSamples",
     "LumenScore",
     "LumenSeries",

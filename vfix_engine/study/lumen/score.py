@@ -15,6 +15,7 @@ from ...worlds.registry import arm_of, is_certified, spec_of
 from ...worlds.snake.row import LIMITS
 from ...worlds.snake.spec import SnakeSystemSpec
 from ..metrics.score import HeldTime, MeanMax
+from .behind_wall import BehindWall, behind_wall_of
 from .deviation import Deviation, deviation_of
 from .samples import LumenSamples, lumen_samples_of
 from .task_rows import TaskScore, task_score
@@ -33,8 +34,9 @@ class LumenScore:
     along it this robot can come; share: of the pathway's length. insertion_s: until the deepest place; withdrawal_s:
     from then until the tip is out, None where it was not drawn back so far. deviation: None of a run whose rows do not
     have it. nearest_mm: deviation of the link nearest to its bound, over the samples with a link inside; None as there.
-    beyond_bound_mm: the most that a link was beyond its bound, 0 for none. force_n: on the hand. held_by: by
-    constraint. task: what the run's task adds, None without one.
+    beyond_bound_mm: the most that a link was beyond its bound, 0 for none. bound_mm: the largest bound of the link
+    nearest to its own; None as nearest_mm. behind_wall: what a certificate of the pathway does not speak of; None
+    without the surface. force_n: on the hand. held_by: by constraint. task: what the run's task adds, None without one.
     """
 
     world: str
@@ -54,8 +56,10 @@ class LumenScore:
     path_length_mm: float
     deviation: Deviation | None
     nearest_mm: MeanMax | None
+    bound_mm: float | None
     beyond_bound_mm: float
     beyond_bound_s: float
+    behind_wall: BehindWall | None
     force_n: MeanMax
     held_s: float
     held_by: tuple[HeldTime, ...]
@@ -69,10 +73,11 @@ class LumenScore:
 def score_lumen_run(run: Run, spec: SystemSpec | None = None, wall: TriangleMesh | None = None) -> LumenScore:
     """Score a run of a snake in a lumen, from its last return to the start on.
 
-    spec: that the run was driven with; None: made of its manifest. wall: of the lumen, for the score of its task.
+    spec: that the run was driven with; None: made of its manifest. wall: of the lumen, for the score of its task and
+    for what is behind it.
 
     Raises:
-        InputError: as ``lumen_samples_of``. PathwayError: its lumen gives no pathway.
+        InputError: as ``lumen_samples_of``. PathwayError: its lumen gives no pathway, or does not lie in that wall.
     """
     spec = spec_of(run) if spec is None else spec
     samples = lumen_samples_of(run, spec)
@@ -99,8 +104,10 @@ def score_lumen_run(run: Run, spec: SystemSpec | None = None, wall: TriangleMesh
         path_length_mm=float(tip_way.sum()),
         deviation=deviation_of(samples.outside, samples.period_s, tip_way) if samples.outside.shape[1] else None,
         nearest_mm=_mean_max(samples.deviation[inside]) if inside.any() else None,
+        bound_mm=float(samples.bound[inside].max()) if inside.any() else None,
         beyond_bound_mm=float(over.max()),
         beyond_bound_s=float(samples.period_s[over > 0.0].sum()),
+        behind_wall=None if wall is None else behind_wall_of(samples, spec, wall),
         force_n=_mean_max(np.linalg.norm(samples.force, axis=1)),
         held_s=float(samples.period_s[samples.held].sum()),
         held_by=_held_by(samples),

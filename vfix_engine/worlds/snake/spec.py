@@ -159,8 +159,17 @@ class SnakeSystemSpec:
         Raises:
             PathwayError: the lumen gives no pathway.
         """
-        _, curve, _ = self._parts()
+        _, curve = self.way()
         return curve.length, min(curve.length, self.snake.reach_mm())
+
+    def way(self) -> tuple[Pathway, Curve]:
+        """The pathway, and the curve that the robot follows at rest.
+
+        Raises:
+            PathwayError: the lumen gives no pathway.
+        """
+        pathway, curve, _ = self._parts()
+        return pathway, curve
 
     def worker(self) -> Worker:
         """The planner, in the worker process; it has made one plan of each kind, so its kernels are loaded."""

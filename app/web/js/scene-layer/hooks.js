@@ -36,20 +36,25 @@ export class SceneHooks {
     this.paused = false;
     /** @type {HTMLCanvasElement | null} gets a copy of every frame */
     this.copied = null;
+    /** @type {number | null} how long the newest frame took that was copied, ms */
+    this.tookMs = null;
     /** @type {number | null} pixels of the canvas to one CSS pixel, while they are fewer for a time */
     this.density = null;
     const { gl } = this.getState();
     const draw = gl.render.bind(gl);
     gl.render = (/** @type {Three} */ drawn, /** @type {Three} */ camera) => {
       if (this.paused) return;
+      const began = performance.now();
       if (drawn === scene) for (const watch of this.watchers) watch(camera);
       draw(drawn, camera);
-      if (drawn === scene && this.copied) copy(gl.domElement, this.copied); // in this task: what is drawn is gone after it
+      if (drawn !== scene || !this.copied) return;
+      copy(gl.domElement, this.copied); // in this task: what is drawn is gone after it
+      this.tookMs = performance.now() - began; // the copy waits for what is drawn
     };
     const setSize = gl.setSize.bind(gl);
     gl.setSize = (/** @type {unknown[]} */ ...size) => {
       setSize(...size);
-      if (this.paused) draw(scene, this.camera); // another size or resolution empties the canvas
+      if (this.paused && !this.copied) draw(scene, this.camera); // another size or resolution empties the canvas
     };
   }
 
