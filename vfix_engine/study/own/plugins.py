@@ -70,23 +70,28 @@ class Metric(NamedTuple):
 
 def operator_named(name: str) -> OperatorMaker:
     """An operator. Raises InputError for a name that is not known."""
-    return _named(OPERATORS, _OPERATORS, name, "operator")
+    return named(OPERATORS, _OPERATORS, name, "operator")
 
 
 def arm_named(name: str) -> Arm:
     """An arm. Raises InputError for a name that is not known."""
-    return _named(ARMS, _ARMS, name, "arm")
+    return named(ARMS, _ARMS, name, "arm")
 
 
 def metric_named(name: str) -> Metric:
     """A metric. Raises InputError for a name that is not known, and for an entry point that is no ``Metric``."""
-    found = _named(METRICS, _METRICS, name, "metric")
+    found = named(METRICS, _METRICS, name, "metric")
     if not isinstance(found, Metric):
         raise InputError(f"the entry point '{name}' of {METRICS} is no Metric(unit, of)")
     return found
 
 
-def _named(group: str, own: Mapping[str, T], name: str, what: str) -> T:
+def named(group: str, own: Mapping[str, T], name: str, what: str) -> T:
+    """One of vfix's own by name, else the entry point of that name in a group; what: it is, in messages.
+
+    Raises:
+        InputError: a name that is not known, or an entry point that cannot be loaded.
+    """
     if name in own:
         return own[name]
     found = {one.name: one for one in entry_points(group=group)}
