@@ -40,6 +40,10 @@ def turned(mesh: TriangleMesh) -> TriangleMesh:
     return TriangleMesh(mesh.vertices, np.ascontiguousarray(mesh.faces[:, ::-1]))
 
 
+def aside(mesh: TriangleMesh) -> TriangleMesh:
+    return TriangleMesh(mesh.vertices + np.array([60.0, 0.0, 0.0]), mesh.faces)
+
+
 def both(one: TriangleMesh, other: TriangleMesh) -> TriangleMesh:
     vertices = np.concatenate([one.vertices, other.vertices])
     return TriangleMesh(vertices, np.concatenate([one.faces, other.faces + len(one.vertices)]).astype(np.int32))
@@ -98,7 +102,7 @@ def test_a_lumen_too_narrow_for_every_robot_is_refused(tmp_path: Path) -> None:
         (tube(4.0), "about 8 mm across. That is narrower than the usual robot, 12 mm: choose thinner links"),
         (tube(scale=5.0), "150 x 150 x 1e+03 mm large, which is unusual for a lumen; check its unit."),
         (
-            both(tube(), TriangleMesh(tube(8.0).vertices + np.array([60.0, 0.0, 0.0]), tube(8.0).faces)),
+            both(tube(), aside(tube(8.0))),
             "in 2 separate pieces",
         ),
         (both(tube(20.0), turned(tube(6.0))), "ml within it belong to surfaces that face the other way"),

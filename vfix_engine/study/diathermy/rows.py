@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from ...anatomy.lumen.wall import Wall
 from ...arrays import Array
 from ...geometry.mesh import TriangleMesh
 from ...runtime.run import Run
 from ...worlds.snake.cavity import cavity_case
-from ..lumen.task_rows import TaskRow, TaskScore
+from ..lumen.task_rows import TaskRow, TaskScore, begun_at
 from ..polyps.task import surface_hash
-from .table import measured, surface_of, task_begun
+from .table import NOTE, measured, seed_of, surface_of, task_begun, task_of
 from .task import Sight, table_iv
 
 _MEANS = (
@@ -21,6 +23,19 @@ _MEANS = (
 
 
 _LACKING = "Labels are not scored: the cavity's surface is missing."
+_TITLE = "Labels"
+
+
+def task_told(run: Run) -> dict[str, Any] | None:
+    """The task of a run of study II, as ``study.lumen.task_rows.task_told``; None for a run of none.
+
+    Raises InputError for a run whose task is damaged.
+    """
+    if not task_begun(run):
+        return None
+    labels, step = task_of(run)
+    told = {"labels": [label.to_dict() for label in labels], "seed": seed_of(run), "surface": surface_of(run)}
+    return {"study": NOTE, "title": _TITLE} | begun_at(run, step) | told
 
 
 def task_score(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
@@ -45,7 +60,7 @@ def task_score(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
         known = [row[key] for row in table_iv(state) if row[key] is not None]
         rows.append(TaskRow(name, float(sum(known)) / len(known) if known else None, unit, digits))
     result = f"{state.traced} of {len(state.labels)} labels traced" if scored else ""
-    return TaskScore("Labels", state.done, tuple(rows), lacking="" if scored else _LACKING, result=result)
+    return TaskScore(_TITLE, state.done, tuple(rows), lacking="" if scored else _LACKING, result=result)
 
 
 def _sight(surface: str | None, wall: TriangleMesh | None) -> Sight | None:
