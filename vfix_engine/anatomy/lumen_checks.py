@@ -103,5 +103,5 @@ def _pieces_ml(wall: TriangleMesh) -> Array:
     _, part = connected_components(links, directed=False)
     a, b, c = np.moveaxis(wall.triangles - wall.bounds.mean(axis=0), 1, 0)
     signed = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6000.0
-    found: Array = np.bincount(part[faces[:, 0]], weights=signed)
-    return found[found != 0.0]
+    found: Array = np.bincount(part[faces[:, 0]], weights=signed).astype(np.float64)
+    return np.asarray(found[found != 0.0])

@@ -64,15 +64,23 @@ def _scores(runs: Sequence[RunToReport]) -> tuple[ScoreRow, ...]:
         _row("Insertion, s", scores, lambda one: one.insertion_s, "{:.1f}"),
         _row("Withdrawal, s", scores, lambda one: one.withdrawal_s, "{:.1f}"),
         _row("Way of the tip, mm", scores, lambda one: one.path_length_mm, "{:.0f}"),
-        _row("Deviations", scores, lambda one: one.deviation and one.deviation.episodes, "{:d}"),
+        _row("Deviations", scores, _episodes, "{:.0f}"),
         _row("Deviation, deepest, mm", scores, _deepest, "{:.1f}"),
-        _row("Deviation, time, s", scores, lambda one: one.deviation and one.deviation.time_s, "{:.1f}"),
+        _row("Deviation, time, s", scores, _deviated_s, "{:.1f}"),
         _row("Beyond its bound, mm", scores, lambda one: one.beyond_bound_mm, "{:.2f}", _is_beyond),
         _row("Force on the hand, largest, N", scores, lambda one: one.force_n.max, "{:.2f}"),
         _row("Held, s", scores, lambda one: one.held_s, "{:.1f}"),
         *_task_rows(scores),
     ]  # fmt: skip
     return tuple(row for row in rows if any(value != _NONE for value in row.values))
+
+
+def _episodes(score: LumenScore) -> float | None:
+    return None if score.deviation is None else float(score.deviation.episodes)
+
+
+def _deviated_s(score: LumenScore) -> float | None:
+    return None if score.deviation is None else score.deviation.time_s
 
 
 def _deepest(score: LumenScore) -> float | None:

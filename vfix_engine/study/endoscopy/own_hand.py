@@ -131,7 +131,8 @@ class _OwnHand:
         if found.joint not in (None, hand_joint) and self._at.arm == "manual":
             asked = (*asked, ChooseJoint(found.joint))
         buttons = (BUTTON_STRAIGHTEN if found.straighten else 0) | (BUTTON_CUT if found.cut else 0)
-        axes = (*(float(value) for value in found.camera_mm_per_s), float(found.insert_mm_per_s))
+        right, down = found.camera_mm_per_s
+        axes = (float(right), float(down), float(found.insert_mm_per_s))
         return Act(replace(no_command(), axes=axes, buttons=buttons), asked)
 
     def _of_its_own(self, call: Callable[[], Any]) -> Any:
