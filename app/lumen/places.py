@@ -43,8 +43,8 @@ def check_end(name: str, place: Position, other: Position | None, wall: Proximit
     off = outside_mm(wall, np.array([place]), ENDS_OFF_MM)[0]
     if off > 0.0:
         raise InputError(
-            f"the {name} {point_text(place)} lies {off:.0f} mm outside the lumen, at most {ENDS_OFF_MM:g} mm are "
-            "possible; click on its wall, or give a place in it, LPS mm."
+            f"the {name} {point_text(place)} lies {off:.0f} mm outside the lumen; at most {ENDS_OFF_MM:g} mm are "
+            "possible. Click on its wall, or give a place in it, LPS mm."
         )
     if other is not None and (apart := math.dist(place, other)) < ENDS_APART_MM:
         raise InputError(
@@ -82,8 +82,8 @@ def _check_contour(contour: RouteContour, edited: EditedPathway, at: int, wall: 
     worst = int(behind.argmax())
     if behind[worst] > 0.0:
         raise InputError(
-            f"a radius of {radii[worst]:g} mm reaches {behind[worst]:.0f} mm behind the wall there, at most "
-            f"{RIM_BEHIND_MM:g} mm are possible; about {max(radii[worst] - behind[worst], 0.5):.0f} mm reach it."
+            f"a radius of {radii[worst]:g} mm reaches {behind[worst]:.0f} mm behind the wall; at most "
+            f"{RIM_BEHIND_MM:g} mm are possible. About {max(radii[worst] - behind[worst], 0.5):.0f} mm reach it."
         )
 
 

@@ -38,7 +38,7 @@ def report_html(runs: Sequence[RunToReport]) -> str:
         raise InputError(f"a report takes 1 to {MOST_RUNS} runs, not {len(runs)}")
     in_lumen = [one.arm is not None for one in runs]
     if any(in_lumen) != all(in_lumen):
-        raise InputError("a report takes runs of a rigid tool, or of a robot in a lumen, not of both")
+        raise InputError("a report has one kind of runs: of a rigid tool, or of a robot in a lumen")
     labels = "ABCDEF" if len(runs) > 1 else " "
     shown = tuple(
         ReportedRun(

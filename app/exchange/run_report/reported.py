@@ -27,7 +27,7 @@ _SIDES = ("LR", "PA", "SI")  # letters of the positive and of the negative side 
 LUMEN_RATE_HZ = 30.0  # of the curves of a run in a lumen
 
 
-class Recorded(Protocol):
+class ScoredRecording(Protocol):
     """What a score says of the recording."""
 
     @property
@@ -116,7 +116,7 @@ def title_of(runs: Sequence[RunToReport]) -> str:
     return f"{what} of {', '.join(plans)}" if plans else what
 
 
-def recording_rows(scores: Sequence[Recorded]) -> list[ScoreRow]:
+def recording_rows(scores: Sequence[ScoredRecording]) -> list[ScoreRow]:
     """What runs lack, where any lacks something: what came after, or in between, is in no figure."""
     values = ["whole" if one.whole else "interrupted" for one in scores]
     told = [f"{one.lost} steps lost" if one.lost else value for one, value in zip(scores, values, strict=True)]

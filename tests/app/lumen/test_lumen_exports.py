@@ -127,7 +127,7 @@ def test_a_report_on_runs_in_a_lumen_has_task_arm_and_marks_and_none_of_a_head(t
 def test_a_tool_and_a_robot_in_a_lumen_are_not_compared(tmp_path: Path) -> None:
     run, _ = in_tube(tmp_path / "run")
     rigid = replace(run, manifest=run.manifest | {"world": "rigid"})
-    with pytest.raises(InputError, match="not of both"):
+    with pytest.raises(InputError, match="one kind of runs"):
         report_html([RunToReport(run, "one"), RunToReport(rigid, "two")])
 
 

@@ -28,7 +28,7 @@ def now(services: Services, route: StoredRoute) -> StoredRoute:
 @pytest.mark.parametrize(
     ("operation", "words"),
     [
-        (SetEntry(at=ASIDE), r"the entry .*210.* lies 195 mm outside the lumen.*click on its wall"),
+        (SetEntry(at=ASIDE), r"the entry .*210.* lies 195 mm outside the lumen.*Click on its wall"),
         (SetEnd(at=ASIDE), r"the end .* lies 195 mm outside the lumen"),
         (SetEntry(at=(0.0, 0.0, -30.0)), "30 mm outside the lumen"),
         (SetEntry(at=END), r"entry and end would be 0\.0 mm apart.*at least 8 mm"),
@@ -39,7 +39,7 @@ def now(services: Services, route: StoredRoute) -> StoredRoute:
         (AddContour(at_mm=71.4, radius_mm=-1.0), "positive"),
         (AddContour(at_mm=71.4, radius_mm=0.0), "positive"),
         (AddContour(at_mm=NAN, radius_mm=5.0), "not on the way"),
-        (AddContour(at_mm=71.4, radius_mm=80.0), r"80 mm reaches 6\d mm behind the wall.*about 1\d mm reach it"),
+        (AddContour(at_mm=71.4, radius_mm=80.0), r"80 mm reaches 6\d mm behind the wall.*About 1\d mm reach it"),
         (ResizeContour(at_mm=71.0, radii_mm=(5.0, 60.0, 5.0)), r"60 mm reaches 4\d mm behind the wall"),
         (ResizeContour(at_mm=71.0, radii_mm=(5.0, NAN, 5.0)), "finite"),
         (MoveContour(at_mm=71.0, to=(25.0, 0.0, 80.0)), r"the centre .*25.* lies 10 mm outside the lumen"),
