@@ -12,7 +12,9 @@ from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.lumen_scores import LumenScorePublic, LumenSeriesPublic
 from app.api.score_parts import HeldPublic, HoldPublic, MeanMaxPublic, Numbers, Triple
 from app.drives.stored_run import StoredRun
-from app.exchange.run_report.report import RunToReport, report_html
+from app.exchange.run_report.report import report_html
+from app.exchange.run_report.reported import RunToReport
+from app.exchange.run_report.stored import stored_to_report
 from app.plans.model import NOTICE
 from app.services import Services
 from vfix_engine.runtime.run import Run
@@ -167,6 +169,4 @@ def _to_report(services: Services, run_id: str) -> RunToReport:
     stored = services.runs.get(run_id)
     with services.runs.laid_out(run_id) as place:
         run = Run.read(place)
-    plans = {one.id: one.name for one in services.plans.titles(include_deleted=True)}
-    case = "" if stored.case_id is None else services.cases.get(stored.case_id).name
-    return RunToReport(run, run_id, plans.get(stored.plan_id or "", ""), case, stored.recorded, stored.comments)
+    return stored_to_report(run, stored, services.cases, services.plans, services.lumen_routes)

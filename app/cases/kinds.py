@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from app.cases.model import Case
 from app.cases.structures import CaseKind
 
 # Parts of the Patient tab's panel that only some kinds have.
@@ -21,6 +22,7 @@ class KindSpec:
     parts: of the Patient tab's panel, beside the list of cases and the import. sliced: it has slices, or a place for
     them, even without a CT.
     scope: how its anatomy looks through a camera within it; None where an endoscope sees the air about a plan's path.
+    covers: what an error of its surface means for whoever drives there. identifies: why its images tell of a patient.
     """
 
     noun: str
@@ -30,10 +32,25 @@ class KindSpec:
     opacity: float
     parts: tuple[PatientPart, ...]
     sliced: bool
+    covers: str
+    identifies: str
     scope: Literal["colon"] | None = None
 
 
 KINDS: dict[CaseKind, KindSpec] = {
-    "head": KindSpec("head", "Plan", "Bone", "bone", 1.0, ("structures", "threshold", "paint", "overlays"), True),
-    "lumen": KindSpec("lumen", "Route", "Wall", "the wall", 0.3, ("lumen",), False, "colon"),
-}
+    "head": KindSpec(
+        "head", "Plan", "Bone", "bone", 1.0, ("structures", "threshold", "paint", "overlays"), True,
+        "the margin has to cover that", "a face can be drawn from them",
+    ),
+    "lumen": KindSpec(
+        "lumen", "Route", "Wall", "the wall", 0.3, ("lumen",), False,
+        "the certificate knows that surface alone", "they show the body", "colon",
+    ),
+}  # fmt: skip
+
+
+def uncertainty_words(case: Case) -> str:
+    """How far the anatomy of a case may lie off its surface, and what that means; '' where nothing is to be said."""
+    kind = KINDS[case.kind]
+    words = case.uncertainty.words(kind.anatomy)
+    return f"{words}; {kind.covers}" if words else ""

@@ -6,6 +6,7 @@ import argparse
 import json
 from typing import Any
 
+from app.cases.kinds import KINDS
 from app.cases.service import Case
 from app.commands import case_archive, case_labels, case_openings, case_purge, case_segment, case_skin, case_structures
 from app.exchange.resolve import find
@@ -97,11 +98,12 @@ def summary(case: Case) -> dict[str, Any]:
 
 
 def surface_lines(case: Case) -> list[str]:
-    """Deviation of the surfaces, uncertainty of the bone surface, and doubts about the file, as lines."""
+    """Deviation of the surfaces, uncertainty of the anatomy, and doubts about the file, as lines."""
     if case.unreadable:  # its line says so
         return []
+    uncertain = case.uncertainty.words(KINDS[case.kind].anatomy)
     lines = [f"  {item.name}: {item.triangles:,} triangles; {item.words}" for item in case.surfaces if item.words]
-    return [*lines, *(f"  {words}" for words in (case.uncertainty.words(), *case.notes) if words)]
+    return [*lines, *(f"  {words}" for words in (uncertain, *case.notes) if words)]
 
 
 def _line(case: Case) -> str:

@@ -8,11 +8,12 @@ import sys
 from pathlib import Path
 from typing import Any, get_args
 
+from app.cases.kinds import uncertainty_words
 from app.cases.model import Case, to_triple
 from app.cases.structures import CaseKind
 from app.commands import case_structures
 from app.commands.head_options import add_file_options, say_notes, told_of_file
-from app.exchange.patient_images import WARNING, holds_images
+from app.exchange.patient_images import holds_images, image_warning
 from app.exchange.resolve import find
 from app.imaging.importing import ImportRequest, OverlayRequest
 from app.services import Services, build_services
@@ -76,10 +77,10 @@ def run(args: argparse.Namespace) -> int:
     request = ImportRequest(args.path, kind=args.kind, **of_lumen, **_naming(args), **told_of_file(args))
     case = services.importing.run(request, _show)
     say_notes(case.notes)
-    if words := case.uncertainty.words():
-        say_notes([f"{words}; the margin has to cover that."])
+    if words := uncertainty_words(case):
+        say_notes([f"{words}."])
     if holds_images(case):
-        say_notes([WARNING])
+        say_notes([image_warning(case)])
     if args.json:
         print(json.dumps(summary(case)))
     else:
@@ -93,7 +94,7 @@ def _run_into(args: argparse.Namespace, services: Services) -> int:
     """Import a segmentation; by default LPS mm is assumed and noted, as for a head."""
     if args.name is not None or args.series is not None or args.use_description:
         raise InputError(
-            "--name, --use-description and --series are said of a head, not of a segmentation; rename structures "
+            "--name, --use-description and --series are said of a case, not of a segmentation; rename structures "
             "afterwards."
         )
     case = find(services.cases.list(), args.into, "case")

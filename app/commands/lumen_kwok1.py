@@ -23,10 +23,13 @@ from vfix_engine.errors import InputError, VfixError
 from vfix_engine.files.frame_report import FRAMES, MM_PER_UNIT
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.pathway.fit import containment
+from vfix_engine.study.endoscopy.own_hand import KNOWS, SCRIPTED, HandMaker, OwnPolypOperator, hand_named
 from vfix_engine.study.polyps.printed import POLYPS
+from vfix_engine.study.polyps.sight import LumenSight
 from vfix_engine.study.polyps.table import PRINTED
+from vfix_engine.study.polyps.task import PolypTask
 from vfix_engine.study.polyps.trial import polyp_trial
-from vfix_engine.study.polyps.world import polyp_world
+from vfix_engine.study.polyps.world import PolypWorld, polyp_world
 from vfix_engine.worlds.snake.presets import PRESETS
 from vfix_engine.worlds.snake.settings import CONTROLS
 from vfix_engine.worlds.snake.viewable import EVERY_MM
@@ -75,6 +78,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, say: Say) -> dict[str, Any]:
     """Do the task; see docs/lumen_tasks.md for the keys."""
     began = time.perf_counter()
+    hand = None if args.operator == SCRIPTED else hand_named(args.operator)  # before what takes long
     where = _where(args, say)
     model = _PRESET.robot() if args.radius is None else replace(_PRESET.robot(), radius_mm=args.radius)
     named = {"bound_mm": args.bound, "tip_bound_mm": args.tip_bound}
@@ -87,13 +91,23 @@ def run(args: argparse.Namespace, say: Say) -> dict[str, Any]:
     )  # fmt: skip
     prepared = time.perf_counter()
     outside = containment(where.mesh, world.lumen.pathway.moved(None))
+    operator_of = None if hand is None else _own(args, hand, where.mesh, world)
     with _run_folder() as (folder, keep):
-        found = polyp_trial(where.mesh, world, folder, say)
+        found = polyp_trial(where.mesh, world, folder, say, operator_of)
         found["run"] = keep()
     found["pathway_outside"] = {"share": outside.outside, "depth_mm": list(outside.depth_mm)}
+    if hand is not None:
+        found |= {"operator": args.operator, "operator_knows": KNOWS}
     spent = {"prepared": prepared - began, "driven": time.perf_counter() - prepared}
     printed = {name: {"without": pair[0][0], "with": pair[1][0]} for name, pair in PRINTED.items()}
     return {"surface": where.name} | found | {"table_iii_printed": printed, "seconds": spent}
+
+
+def _own(
+    args: argparse.Namespace, hand: HandMaker, mesh: TriangleMesh, world: PolypWorld
+) -> Callable[[PolypTask, LumenSight], OwnPolypOperator]:
+    """What makes the operator of the hand of an installed package."""
+    return lambda task, sight: OwnPolypOperator(args.operator, hand, task, sight, mesh, args.arm, world.motion)
 
 
 def _where(args: argparse.Namespace, say: Say) -> _Where:

@@ -8,11 +8,14 @@ from time import perf_counter
 from typing import Any
 
 from app.commands.run_recording import RunRecording
+from vfix_engine.anatomy.lumen.wall import Wall
 from vfix_engine.pathway.fit import containment
 from vfix_engine.study.diathermy.bend_map import BendMap
-from vfix_engine.study.diathermy.placing import LABELS, placed_labels
-from vfix_engine.study.diathermy.trial import trial
-from vfix_engine.worlds.snake.cavity import BOUND_MM, TIP_BOUND_MM, cavity_case
+from vfix_engine.study.diathermy.placing import LABELS, PlacedLabels, placed_labels
+from vfix_engine.study.diathermy.trial import STEP_S, LabelOperator, trial
+from vfix_engine.study.endoscopy.cavity_picture import LabelEye
+from vfix_engine.study.endoscopy.own_hand import KNOWS, SCRIPTED, HandMaker, OwnLabelOperator, hand_named
+from vfix_engine.worlds.snake.cavity import BOUND_MM, LINKS, TIP_BOUND_MM, CavityCase, cavity_case
 
 _STEERS = "the labels and the bends that trace them; it pulls the camera in its picture"
 _KNOWS = {
@@ -32,22 +35,25 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, say: Callable[[str], None]) -> dict[str, Any]:
     """Do the task; see docs/lumen_cavity.md for the keys."""
     began = perf_counter()
+    hand = None if args.operator == SCRIPTED else hand_named(args.operator)  # before what takes long
     case = cavity_case()
     bends = BendMap(case.script().build())
     say(f"drawing {args.labels} labels whose lines can be traced")
     placed = placed_labels(case, bends, args.seed, args.labels)
     ready = perf_counter()
     outside = containment(case.mesh, case.pathway)
+    own = None if hand is None else _own(args, hand, case, placed)
     recording = RunRecording(args.seed)
     try:
-        found = trial(case, bends, placed, args.arm, recording.begin, say)
+        found = trial(case, bends, placed, args.arm, recording.begin, say, own)
     except BaseException:
         recording.drop()
         raise
     places = [{"place": label.place, "centre_mm": label.centre.tolist()} for label in placed.labels]
     rows = [place | row for place, row in zip(places, found.to_dict()["labels"], strict=True)]
     return {
-        "completed": found.task.done, "operator": "oracle", "operator_knows": _KNOWS[args.arm],
+        "completed": found.task.done, "operator": "oracle" if own is None else args.operator,
+        "operator_knows": _KNOWS[args.arm] if own is None else KNOWS,
         "arm": args.arm, "seed": args.seed,
         **found.to_dict(), "labels": rows, "placing": placed.to_dict(),
         "untraceable": placed.untraceable, "bound_mm": BOUND_MM, "tip_bound_mm": TIP_BOUND_MM,
@@ -55,3 +61,9 @@ def run(args: argparse.Namespace, say: Callable[[str], None]) -> dict[str, Any]:
         "run": recording.keep(),
         "seconds": {"labels": ready - began, "drive": perf_counter() - ready},
     }  # fmt: skip
+
+
+def _own(args: argparse.Namespace, hand: HandMaker, case: CavityCase, placed: PlacedLabels) -> LabelOperator:
+    """The hand of an installed package."""
+    eye = LabelEye(placed.labels, Wall(case.mesh))
+    return OwnLabelOperator(args.operator, hand, eye, args.arm, LINKS, STEP_S, args.seed)

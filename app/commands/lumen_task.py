@@ -1,4 +1,4 @@
-"""`vfix lumen task`: a simulated task of Kwok 2013, section IV.C, done by a scripted operator."""
+"""`vfix lumen task`: a simulated task of Kwok 2013, section IV.C, done by a scripted operator or one of your own."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 
 from app.commands import lumen_kwok1, lumen_kwok2
 from app.commands.counts import natural
+from vfix_engine.study.endoscopy.own_hand import SCRIPTED
 from vfix_engine.worlds.snake.settings import ARMS
 
 NOTICE = "Not for clinical use."
-_OPERATORS = ("scripted",)
 
 Say = Callable[[str], None]
 
@@ -38,11 +38,14 @@ TASKS: Mapping[str, TaskCommand] = {
 
 def add_task(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the action `task` with one parser for each task."""
-    parser = actions.add_parser("task", help="do a task of a paper with a scripted operator", description=__doc__)
+    parser = actions.add_parser("task", help="do a task of a paper without a page", description=__doc__)
     tasks = parser.add_subparsers(dest="task", metavar="TASK", required=True)
     for name, task in TASKS.items():
         one = tasks.add_parser(name, help=task.title, description=f"Kwok 2013, {task.title}.")
-        one.add_argument("--operator", choices=_OPERATORS, default="scripted", help="an oracle: it knows the targets")
+        one.add_argument(
+            "--operator", default=SCRIPTED, metavar="NAME",
+            help="scripted: an oracle, which knows the targets; else the entry point of an installed package's hand",
+        )  # fmt: skip
         one.add_argument("--arm", choices=ARMS, default="certified", help="what holds the links")
         one.add_argument("--seed", type=natural, default=0, help="of what is drawn for the task (default 0)")
         task.add_options(one)

@@ -8,7 +8,9 @@ from pathlib import Path
 
 from app.commands.found_runs import find_run, optional_services
 from app.exchange.plan_files import write_export
-from app.exchange.run_report.report import RunToReport, report_html
+from app.exchange.run_report.report import report_html
+from app.exchange.run_report.reported import RunToReport
+from app.exchange.run_report.stored import stored_to_report
 from app.services import Services
 from vfix_engine.errors import InputError
 
@@ -40,7 +42,4 @@ def _to_report(services: Services | None, name: str) -> RunToReport:
     stored = found.stored
     if stored is None or services is None:
         return RunToReport(found.run, Path(name).name)
-    plans = {one.id: one.name for one in services.plans.titles(include_deleted=True)}
-    case = "" if stored.case_id is None else services.cases.get(stored.case_id).name
-    plan = plans.get(stored.plan_id or "", "")
-    return RunToReport(found.run, stored.id, plan, case, stored.recorded, stored.comments)
+    return stored_to_report(found.run, stored, services.cases, services.plans, services.lumen_routes)

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from app.cases.kinds import KINDS
 from app.cases.model import HEAD_PHANTOM, Case
 from vfix_engine.errors import InputError
 
-WARNING = "A CT or MR of a head can identify its patient: a face can be drawn from it. Exports that hold it ask first."
 FACE_WARNING = "This is the patient’s face: a screenshot of it can identify them."
 WITH_IMAGES = "confirms that the patient's images are exported"  # description of the option of REST
+
+
+def image_warning(case: Case) -> str:
+    """What is told of a case that has images."""
+    kind = KINDS[case.kind]
+    return f"Images of a {kind.noun} can identify the patient: {kind.identifies}. Exports that hold them ask first."
 
 
 def holds_images(case: Case) -> bool:
@@ -19,6 +25,6 @@ def check_images(case: Case, confirmed: bool, how: str) -> None:
     """Raise InputError for an export with voxels that was not confirmed. how: the option that confirms it."""
     if holds_images(case) and not confirmed:
         raise InputError(
-            "this export holds the head's images, which can identify the patient: a face can be drawn from them. "
-            f"Add {how} to write it all the same."
+            f"this export holds the {KINDS[case.kind].noun}'s images, which can identify the patient: "
+            f"{KINDS[case.kind].identifies}. Add {how} to write it all the same."
         )

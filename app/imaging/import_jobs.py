@@ -129,7 +129,7 @@ class ImportJobs:
         case_id = started.case_id
         if answer.series is not None:
             if isinstance(answered, SegmentationRequest):
-                raise InputError("a series is chosen of a head, and this is a segmentation.")
+                raise InputError("a series is chosen of a CT, and this is a segmentation.")
             answered = replace(answered, series=answer.series)
         if answer.into is not None and isinstance(answered, OverlayRequest):
             raise InputError("a second volume belongs to the head that it was sent to.")

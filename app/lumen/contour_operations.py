@@ -13,6 +13,7 @@ from app.cases.model import to_triple
 from app.documents import Document
 from app.lumen.contours import MOST_CONTOURS, ContourRadius, Radii, RouteContour, check_radii, with_contours
 from app.lumen.document import Route
+from app.lumen.places import check_contours, wall_of
 from app.operations.fields import Position
 from app.operations.operation import Context, Edit, Option, Verb
 from vfix_engine.arrays import Array
@@ -33,7 +34,9 @@ class ContourEdit(Edit, frozen=True):
 
     def run(self, context: Context[Any, Any], document_id: str) -> Document[Any]:
         # The fit takes seconds where it is not known: before the store is held.
-        context.service.paths.fit(context.documents.get(document_id))
+        document = context.documents.get(document_id)
+        context.service.paths.fit(document)
+        wall_of(context, document.case_id)
         return super().run(context, document_id)
 
     def apply(self, content: Route, context: Context[Any, Any]) -> Route:
@@ -42,7 +45,8 @@ class ContourEdit(Edit, frozen=True):
         edited = replace(content, contours=self.changed(content.contours, before, fit))
         if len(edited.contours) > MOST_CONTOURS:
             raise InputError(f"a route has at most {MOST_CONTOURS} contours by hand; remove some first.")
-        with_contours(fit, edited.contours)
+        after = with_contours(fit, edited.contours)
+        check_contours(edited.contours, content.contours, after, wall_of(context, context.case_id))
         return edited
 
     def changed(self, contours: tuple[RouteContour, ...], now: EditedPathway, fit: Lumen) -> tuple[RouteContour, ...]:

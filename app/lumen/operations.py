@@ -12,6 +12,7 @@ from app.lumen.contour_operations import OPERATIONS as CONTOURS
 from app.lumen.document import ROUTE, Bound, LinkLength, LinkRadius, Links, Route
 from app.lumen.mark_operations import OPERATIONS as MARKS
 from app.lumen.motion_operations import OPERATIONS as MOTION
+from app.lumen.places import check_end, wall_of
 from app.operations.fields import Name, Position
 from app.operations.operation import Context, Creation, Edit, Option, Verb
 from app.operations.spec import DocumentSpec
@@ -41,7 +42,15 @@ class CreateRoute(Creation, frozen=True):
         return context.documents.create(case_id, self.name or (name if taken else "Route"), ends)
 
 
-class SetEntry(Edit, frozen=True):
+class _InLumen(Edit, frozen=True):
+    """An edit whose place is looked up in the wall."""
+
+    def run(self, context: Routes, document_id: str) -> Document[Route]:
+        wall_of(context, context.documents.title(document_id).case_id)  # takes up to seconds: before the store is held
+        return super().run(context, document_id)
+
+
+class SetEntry(_InLumen, frozen=True):
     """Say where the robot enters. A place in the lumen or on its wall, LPS mm."""
 
     title = "Entry of the route"
@@ -52,10 +61,11 @@ class SetEntry(Edit, frozen=True):
     at: Position
 
     def apply(self, content: Route, context: Routes) -> Route:
+        check_end("entry", self.at, content.end, wall_of(context, context.case_id))
         return replace(content, entry=self.at)
 
 
-class SetEnd(Edit, frozen=True):
+class SetEnd(_InLumen, frozen=True):
     """Say where the route ends. A place in the lumen or on its wall, LPS mm."""
 
     title = "End of the route"
@@ -66,6 +76,7 @@ class SetEnd(Edit, frozen=True):
     at: Position
 
     def apply(self, content: Route, context: Routes) -> Route:
+        check_end("end", self.at, content.entry, wall_of(context, context.case_id))
         return replace(content, end=self.at)
 
 

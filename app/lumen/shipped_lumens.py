@@ -5,9 +5,12 @@ from __future__ import annotations
 import functools
 import hashlib
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
-from app.cases.files import PHANTOM_SURFACES, shipped_cavity, shipped_colon, surface_info
+import numpy as np
+
+from app.cases.files import PHANTOM_SURFACES, CaseFiles, shipped_cavity, shipped_colon, surface_info
 from app.cases.model import (
     CAVITY,
     CAVITY_PHANTOM,
@@ -30,6 +33,7 @@ from app.store.models import DocumentRow
 from vfix_engine.arrays import Array
 
 SAMPLE_ROUTE = "colon-phantom-sample"
+_SAME_MM = 1e-6  # between a vertex that this machine has made and another one: sines may be rounded otherwise
 
 
 class ShippedLumen(NamedTuple):
@@ -89,6 +93,32 @@ def _ensure(lumen: ShippedLumen, store: Store, cases: CaseService, routes: Route
 def shipped_hash(lumen: ShippedLumen = LUMENS[0]) -> str:
     """The content hash of a lumen that travels with this vfix."""
     return hashlib.sha256(f"{lumen.source} {lumen.version}".encode()).hexdigest()
+
+
+def is_shipped_hash(content_hash: str) -> bool:
+    """Whether it is that of a lumen that travels with this vfix."""
+    return content_hash in {shipped_hash(lumen) for lumen in LUMENS}
+
+
+def restored_lumen(content: CaseContent, files: CaseFiles) -> tuple[CaseContent, str] | None:
+    """A copy of a lumen that travels with vfix, out of an archive: with the surface of this vfix, and its content hash.
+
+    The cavity's pathway and base belong to that surface. None for a case of another surface.
+    """
+    driven = next(one for one in content.structures if one.role == LUMEN)
+    own = next(one for one in content.surfaces if one.name == driven.surface)
+    mesh = files.surface(own.source)
+    for lumen in LUMENS:
+        shipped = PHANTOM_SURFACES[lumen.source]()
+        if not np.array_equal(mesh.faces, shipped.faces) or mesh.vertices.shape != shipped.vertices.shape:
+            continue
+        if np.abs(mesh.vertices - shipped.vertices).max() > _SAME_MM:
+            continue
+        made = _content(lumen)
+        others = tuple(one for one in content.surfaces if one is not own)
+        structures = tuple(made.structures[0] if one is driven else one for one in content.structures)
+        return replace(content, surfaces=(*made.surfaces, *others), structures=structures), shipped_hash(lumen)
+    return None
 
 
 @functools.cache

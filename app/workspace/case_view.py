@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from app.cases.kinds import KINDS
+from app.cases.kinds import KINDS, uncertainty_words
 from app.cases.model import Overlay
 from app.cases.segments import OUTLINE_COLOUR
 from app.cases.service import Case
@@ -318,7 +318,7 @@ def case_section(case: Case, loading: str, hidden: Collection[str] = ()) -> Case
             {"name": surface.name, "triangles": surface.triangles, "words": surface.words}
             for surface in case.own_surfaces
         ],
-        "uncertainty": case.uncertainty.words(kind.anatomy),
+        "uncertainty": uncertainty_words(case),
         "has_volume": case.has_volume,
         "images": holds_images(case),
         "beads": len(case.beads),

@@ -312,7 +312,7 @@ def test_a_head_is_saved_as_one_zip_and_such_a_zip_is_imported(open_page: Open, 
     row = page.locator("#cases li", has_text="Head phantom").first
     row.hover()
     with page.expect_download(timeout=60_000) as waiting:
-        row.get_by_role("button", name="Save head (zip)").click()
+        row.get_by_role("button", name="Save case (zip)").click()
     path = tmp_path / "Head.zip"
     waiting.value.save_as(path)
     with zipfile.ZipFile(path) as packed:

@@ -64,17 +64,11 @@ def assumption(report: FrameReport) -> Notes:
 def check_surface(mesh: TriangleMesh, report: FrameReport) -> Notes:
     """List doubts about the bone of a head. Raises MeshError if it cannot be one."""
     sides = mesh.bounds[1] - mesh.bounds[0]
-    fault = _size_fault(sides, "surface", report)
+    fault = size_fault(sides, "surface", report)
     if fault:
         raise MeshError(fault)
-    notes = list(_size_notes(sides, "surface"))
-    flat = int(np.count_nonzero(~mesh.face_normals.any(axis=1)))
-    if flat == len(mesh.faces):
-        raise MeshError(f"all {flat:,} triangles of the surface are without area.")
-    if flat:
-        notes.append(
-            f"{flat:,} of {len(mesh.faces):,} triangles are without area; the tool is kept away from them too."
-        )
+    unsound = unsound_triangles(mesh, "the tool is kept away from them too")
+    notes = list(size_notes(sides, "surface"))
     if len(mesh.faces) < FEW_TRIANGLES:
         notes.append(f"The surface has {len(mesh.faces):,} triangles only, which is little for the bone of a head.")
     if _volume_over_area(mesh) < _INWARDS_MM:
@@ -82,6 +76,19 @@ def check_surface(mesh: TriangleMesh, report: FrameReport) -> Notes:
             "The triangles of the surface face inwards: bone and air are taken for each other where a path point is "
             "judged. Flip the normals of the file."
         )
+    return (*notes, *unsound)
+
+
+def unsound_triangles(mesh: TriangleMesh, so: str) -> Notes:
+    """List triangles without area, of which `so` is said, and corners without a triangle.
+
+    Raises MeshError where every triangle is without area.
+    """
+    notes, flat = list[str](), int(np.count_nonzero(~mesh.face_normals.any(axis=1)))
+    if flat == len(mesh.faces):
+        raise MeshError(f"all {flat:,} triangles of the surface are without area.")
+    if flat:
+        notes.append(f"{flat:,} of {len(mesh.faces):,} triangles are without area; {so}.")
     used = np.zeros(len(mesh.vertices), dtype=np.bool_)
     used[mesh.faces] = True
     unused = int(np.count_nonzero(~used))
@@ -106,10 +113,10 @@ def check_ct(volume: Volume, report: FrameReport) -> Notes:
         words = f"the values run from {low} to {high}: {_why_no_air(volume, high)}"
         raise SegmentationFound(words) if high < _MOST_LABELS else ImageError(words)
     sides = volume.bounds[1] - volume.bounds[0]
-    fault = _size_fault(sides, "CT", report)
+    fault = size_fault(sides, "CT", report)
     if fault:
         raise ImageError(fault)
-    return (*_strange_values(volume, low, high), *_size_notes(sides, "CT"), *_coarseness(volume))
+    return (*_strange_values(volume, low, high), *size_notes(sides, "CT"), *_coarseness(volume))
 
 
 def _why_no_air(volume: Volume, high: int) -> str:
@@ -127,9 +134,9 @@ def _why_no_air(volume: Volume, high: int) -> str:
 def check_size(volume: Volume, report: FrameReport) -> Notes:
     """List doubts about the size of a volume. Raises ImageError if it cannot be of a head."""
     sides = volume.bounds[1] - volume.bounds[0]
-    if fault := _size_fault(sides, "volume", report):
+    if fault := size_fault(sides, "volume", report):
         raise ImageError(fault)
-    return _size_notes(sides, "volume")
+    return size_notes(sides, "volume")
 
 
 def _strange_values(volume: Volume, low: int, high: int) -> Notes:
@@ -163,7 +170,8 @@ def _coarseness(volume: Volume) -> Notes:
     )
 
 
-def _size_fault(sides: np.ndarray, what: str, report: FrameReport) -> str | None:
+def size_fault(sides: np.ndarray, what: str, report: FrameReport, of: str = "head") -> str | None:
+    """Why something with these sides (3,), in mm, cannot be of a head, or of what `of` names; None where it can."""
     longest = float(sides.max())
     if HEAD_MM[0] <= longest <= HEAD_MM[1]:
         return None
@@ -171,13 +179,14 @@ def _size_fault(sides: np.ndarray, what: str, report: FrameReport) -> str | None
     if report.unit == "mm" and USUAL_MM[0] <= longest * MM_PER_UNIT["m"] <= HEAD_MM[1]:
         remedy = "but the file names mm: correct the unit in the file" if report.unit_named else "say so"
         hint = f" Its unit is metres, perhaps{', ' if report.unit_named else ': '}{remedy}."
-    return f"the {what} is {_figures(sides)} mm large, which cannot be a head.{hint}"
+    return f"the {what} is {_figures(sides)} mm large, which cannot be a {of}.{hint}"
 
 
-def _size_notes(sides: np.ndarray, what: str) -> Notes:
-    if USUAL_MM[0] <= float(sides.max()) <= USUAL_MM[1]:
+def size_notes(sides: np.ndarray, what: str, of: str = "head", usual: tuple[float, float] = USUAL_MM) -> Notes:
+    """A doubt about sides (3,), in mm, whose longest one is not within the usual range."""
+    if usual[0] <= float(sides.max()) <= usual[1]:
         return ()
-    return (f"The {what} is {_figures(sides)} mm large, which is unusual for a head; check its unit.",)
+    return (f"The {what} is {_figures(sides)} mm large, which is unusual for a {of}; check its unit.",)
 
 
 def _figures(sides: np.ndarray) -> str:

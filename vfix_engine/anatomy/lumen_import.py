@@ -13,18 +13,25 @@ import numpy.typing as npt
 from vfix_engine.anatomy.airway import body
 from vfix_engine.anatomy.bone import SurfaceReport
 from vfix_engine.anatomy.enclosing import enclosing_surface
-from vfix_engine.anatomy.head_files import HEAD_MM, assumption
+from vfix_engine.anatomy.head_files import assumption
 from vfix_engine.anatomy.head_import import HeadRequest, kernel_folders, read_or_ask
 from vfix_engine.anatomy.labels.label_map import CroppedLabel, LabelMap
 from vfix_engine.anatomy.labels.reading import read_label_map
 from vfix_engine.anatomy.labels.surfaces import surface_of
 from vfix_engine.anatomy.lumen.closing import outwards, with_caps
 from vfix_engine.anatomy.lumen.smoothing import smoothed
+from vfix_engine.anatomy.lumen_checks import (
+    LEAST_ML,
+    check_enclosed,
+    check_lumen_surface,
+    check_no_shell,
+    wall_notes,
+)
 from vfix_engine.anatomy.segmentation import LOWEST_HU
 from vfix_engine.anatomy.surface import Dropped
 from vfix_engine.anatomy.thinning import collapsed
 from vfix_engine.arrays import Array, BoolArray
-from vfix_engine.errors import ImageError, InputError, MeshError, SegmentationFound
+from vfix_engine.errors import ImageError, InputError, SegmentationFound
 from vfix_engine.files.detached import files_of, is_header
 from vfix_engine.files.frame_report import FrameReport
 from vfix_engine.files.mesh_files import is_mesh, mesh_suffixes, read_mesh
@@ -41,7 +48,6 @@ WALL_SECONDS = 600.0
 AIR_HU = -500.0  # half-way from gas, -1000 HU, to a wall of soft tissue
 SEED_MM = 8.0  # from a seed to the nearest voxel of air
 MOST_TRIANGLES = 120_000  # of a wall that is made of voxels
-_LEAST_ML = 1.0  # of air: less is no lumen
 _MOST_LABELS = 250  # values of a label map, none negative
 _WORDS = ("lumen", "colon", "bowel", "rectum", "airway", "trachea")
 
@@ -113,7 +119,7 @@ def read_lumen(
     volume, voxel_mm = read if isinstance(read, Volume) else None, None
     if not isinstance(read, TriangleMesh):
         voxel_mm = float((read.spacing if isinstance(read, Volume) else np.linalg.norm(read[1][:3, :3], axis=0)).max())
-    return ReadLumen(wall, volume, source, report, made, (*notes, *more, *_size(wall)), voxel_mm)
+    return ReadLumen(wall, volume, source, report, made, (*notes, *more, *wall_notes(wall)), voxel_mm)
 
 
 _Grid = tuple[npt.NDArray[np.uint8], Array, npt.NDArray[np.int64]]  # a label: mask, transform and first index
@@ -141,7 +147,7 @@ def lumen_of_volume(
         _wall, volume, seed, air_hu, seconds=WALL_SECONDS, progress=progress, cancellation=cancellation,
         folder=folder, writable=kernel_folders(),
     )  # fmt: skip
-    return LumenOfVolume(wall, report, (*notes, *_size(wall)))
+    return LumenOfVolume(wall, report, (*notes, *wall_notes(wall)))
 
 
 def _read(
@@ -159,8 +165,7 @@ def _read(
     progress("Reading the file", 0.0)
     if is_mesh(path):
         mesh, report = read_or_ask(read_mesh, path, frame, unit, assume)
-        _check_size(mesh, report)
-        return mesh, "surface", report, assumption(report)
+        return mesh, "surface", report, (*assumption(report), *check_lumen_surface(mesh, report))
     try:
         volume, report = read_or_ask(partial(_read_ct, series=series, files=files), path, frame, unit, assume)
     except SegmentationFound:
@@ -182,6 +187,7 @@ def _wall(
 ) -> tuple[TriangleMesh, SurfaceReport, tuple[str, ...]]:
     if isinstance(read, TriangleMesh):
         wall, notes = closed_wall(read)
+        check_no_shell(wall)
         return wall, _no_report(), notes
     if isinstance(read, Volume):
         return wall_of_air(read, seed, air_hu, progress)
@@ -250,11 +256,8 @@ def closed_wall(mesh: TriangleMesh) -> tuple[TriangleMesh, tuple[str, ...]]:
         notes.append(f"{count} closed by a cap; the widest is {widest:.0f} mm across. A way may begin or end there.")
     wall, turned = outwards(closed.mesh)
     if turned:
-        notes.append("Its triangles faced inwards and were turned.")
-    if wall.volume_mm3 < 1000.0 * _LEAST_ML:
-        raise MeshError(
-            f"the surface encloses {wall.volume_mm3 / 1000.0:.2f} ml, which is no lumen; is its unit right?"
-        )
+        notes.append("The triangles of the surface faced inwards and were turned: its inside is the lumen.")
+    check_enclosed(wall)
     return wall, tuple(notes)
 
 
@@ -318,12 +321,12 @@ def wall_of_air(
     sizes: Array = voxel_ml * np.bincount(component.ravel(), minlength=count + 1).astype(np.float64)
     sizes[0] = 0.0
     chosen = _at_seed(volume, component, np.asarray(seed)) if seed is not None else _largest(component, sizes)
-    if sizes[chosen] < _LEAST_ML:
+    if sizes[chosen] < LEAST_ML:
         raise ImageError(f"the air there holds {sizes[chosen]:.2f} ml only, which is no lumen; choose another seed.")
     mask: BoolArray = component == chosen
     progress("Finding the wall", 0.4)
     mesh = enclosing_surface(volume, mask, (LOWEST_HU, air_hu))
-    others = [f"{size:.0f} ml" for size in np.sort(np.delete(sizes, [0, chosen]))[::-1][:3] if size >= _LEAST_ML]
+    others = [f"{size:.0f} ml" for size in np.sort(np.delete(sizes, [0, chosen]))[::-1][:3] if size >= LEAST_ML]
     which = "The air at the seed was taken" if seed is not None else "The largest air in the body was taken"
     rest = f"; next in size: {', '.join(others)}" if others else ""
     notes = [f"{which}, {sizes[chosen]:.0f} ml at most {air_hu:g} HU{rest}."]
@@ -354,22 +357,8 @@ def _largest(component: npt.NDArray[np.integer], sizes: Array) -> int:
     at_ends = np.union1d(component[0], component[-1])
     within = sizes.copy()
     within[at_ends] = 0.0
-    return int((within if within.max() >= _LEAST_ML else sizes).argmax())
+    return int((within if within.max() >= LEAST_ML else sizes).argmax())
 
 
 def _no_report() -> SurfaceReport:
     return SurfaceReport(0.0, 0.0, Dropped())
-
-
-def _check_size(mesh: TriangleMesh, report: FrameReport) -> None:
-    sides = mesh.bounds[1] - mesh.bounds[0]
-    longest = float(sides.max())
-    if HEAD_MM[0] <= longest <= HEAD_MM[1]:
-        return
-    figures = " x ".join(f"{side:.3g}" for side in sides)
-    hint = " Its unit is metres, perhaps." if report.unit == "mm" and longest < HEAD_MM[0] else ""
-    raise MeshError(f"the surface is {figures} mm large, which cannot be a lumen.{hint}")
-
-
-def _size(wall: TriangleMesh) -> tuple[str, ...]:
-    return (f"The lumen holds {wall.volume_mm3 / 1000.0:,.0f} ml.",)

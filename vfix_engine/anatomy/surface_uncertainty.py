@@ -1,4 +1,4 @@
-"""Uncertainty of a bone surface in words, and a check whether a margin covers it."""
+"""Uncertainty of a surface of anatomy in words, and a check whether a margin covers it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vfix_engine.errors import InputError
 
 @dataclass(frozen=True)
 class SurfaceUncertainty:
-    """Sources of error of a bone surface.
+    """Sources of error of a surface of anatomy, such as bone.
 
     thinning_mm: upper bound of the displacement by decimation and smoothing; the controller adds it to the margin.
     resampled_mm: upper bound of the displacement by resampling within tilted slices, which is added as well.
@@ -33,7 +33,7 @@ class SurfaceUncertainty:
 
     @property
     def off_mm(self) -> float:
-        """Upper bound of the distance of bone from the surface in mm: the sum of all."""
+        """Upper bound of the distance of the anatomy from the surface in mm: the sum of all."""
         return self.added_mm + slice_uncertainty_mm(self.voxel_mm)
 
     @property
@@ -42,24 +42,27 @@ class SurfaceUncertainty:
         return self.thinning_mm + self.resampled_mm
 
     def words(self, anatomy: str = "bone") -> str:
-        """The uncertainty of the anatomy of this name as a phrase with numbers; '' if there is none."""
+        """The uncertainty of the anatomy of this name as a phrase with numbers; '' if there is none.
+
+        Only bone is kept away from by a margin, to which errors are added, and is missing from a CT where it is thin.
+        """
+        bone = anatomy == "bone"
         if self.voxel_mm:
-            return self._figures(anatomy)
+            return self._figures(anatomy, bone)
         unknown = f"how far {anatomy} may lie off its surface is not known, since it came without a CT"
-        moved = (
-            f"{unknown}; thinning and smoothing moved it by up to {self.thinning_mm:.2f} mm, which the margin grows by"
-        )
+        grows = ", which the margin grows by" if bone else ""
+        moved = f"{unknown}; thinning and smoothing moved it by up to {self.thinning_mm:.2f} mm{grows}"
         return moved if self.thinning_mm else unknown
 
-    def _figures(self, anatomy: str = "bone") -> str:
-        causes = []
+    def _figures(self, anatomy: str = "bone", bone: bool = True) -> str:
+        causes, added = [], ", added to the margin" if bone else ""
         if hidden := slice_uncertainty_mm(self.voxel_mm):
             causes.append(f"{hidden:.2f} mm: slices {self.voxel_mm:g} mm apart")
         if self.thinning_mm:
-            causes.append(f"{self.thinning_mm:.2f} mm: surface thinned or smoothed, added to the margin")
-        further = ", thin bone further" if hidden else ""
+            causes.append(f"{self.thinning_mm:.2f} mm: surface thinned or smoothed{added}")
+        further = ", thin bone further" if hidden and bone else ""
         if self.resampled_mm:
-            causes.append(f"{self.resampled_mm:.2f} mm: tilted slices resampled, added to the margin")
+            causes.append(f"{self.resampled_mm:.2f} mm: tilted slices resampled{added}")
         return (
             f"{anatomy} may lie {self.off_mm:.2f} mm off its surface{further} ({'; '.join(causes)})" if causes else ""
         )

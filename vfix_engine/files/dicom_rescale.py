@@ -64,7 +64,7 @@ def _foreign(unit: str) -> tuple[str, ...]:
         return ()
     return (
         f"The values are not known to be in Hounsfield units: the file says that they are in {_named(unit)}. Compare "
-        "the slices with the scanner's before you trust the bone.",
+        "the slices with the scanner's before you trust what is made of them.",
     )
 
 

@@ -230,6 +230,6 @@ def _resampled_words(line: SliceLine, error_mm: float) -> str:
     apart = float(np.ptp(line.sideways, axis=0).max())
     return (
         f"The slices are shifted against each other by up to {apart:.1f} mm, as by a gantry tilt of "
-        f"{line.tilt_deg:.1f}\N{DEGREE SIGN}: each was resampled within its plane. That may move the surface of bone "
+        f"{line.tilt_deg:.1f}\N{DEGREE SIGN}: each was resampled within its plane. That may move a surface "
         f"by {error_mm:.2f} mm, which is added to the error of the surface."
     )

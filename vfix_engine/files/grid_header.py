@@ -59,7 +59,7 @@ def check_transform(transform: npt.NDArray[np.float64], mm_per_unit: float) -> n
     low, high = PLAUSIBLE_SPACING
     if not ((spacing >= low) & (spacing <= high)).all():
         figures = " x ".join(f"{value:g}" for value in spacing)
-        raise ImageError(f"a voxel of {figures} mm is not one of a head CT ({low:g} to {high:g} mm); check the unit.")
+        raise ImageError(f"a voxel of {figures} mm is not one of a CT ({low:g} to {high:g} mm); check the unit.")
     if np.abs(transform[:3, 3]).max() * mm_per_unit > 1e5:
         raise ImageError("the volume lies more than 100 m from its own origin; check the header.")
     axes = transform[:3, :3] * mm_per_unit / spacing

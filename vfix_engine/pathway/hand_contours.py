@@ -22,6 +22,7 @@ from .uncross import uncrossed
 
 OFF_THE_WAY_MM = 40.0  # from the curve: a contour placed for a farther place belongs to another way
 FARTHEST_MM = 60.0  # that a contour's centre is moved from its place on the way
+LARGEST_MM = 150.0  # radius of a contour: wider than any bowel
 LEAST_MM = 1.0  # down to which a radius is reduced where a contour would cross its neighbour
 _APART_MM = 0.5  # least distance between two contours along the curve
 _BEND_MM = 36.0  # radius of the sharpest bend that moving a contour makes: of 28 mm links of ± 45°, see ``follow``
@@ -40,8 +41,8 @@ class HandContour:
     of_fit: it takes the place of the fitted contour that is nearest to ``at`` along the way; else it is one more.
 
     Raises:
-        PathwayError: a place or radius that is not a finite number, a radius that is not positive, two radii, or a
-            centre more than 60 mm from ``at``.
+        PathwayError: a place or radius that is not a finite number, a radius that is not positive or more than 150 mm,
+            two radii, or a centre more than 60 mm from ``at``.
     """
 
     at: Array
@@ -57,6 +58,8 @@ class HandContour:
             raise PathwayError(f"a contour has one radius, or 3 to {MOST_ANGLES} around its centre")
         if not (np.isfinite(radius) & (radius > 0.0)).all():
             raise PathwayError("the radii of a contour must be finite and positive, in mm")
+        if radius.max(initial=0.0) > LARGEST_MM:
+            raise PathwayError(f"a contour has the radius {radius.max():g} mm; at most {LARGEST_MM:g} mm are possible")
         if not len(radius) and not self.of_fit:
             raise PathwayError("a contour that is added has a radius")
         away = float(np.linalg.norm(centre - at))

@@ -22,6 +22,7 @@ class World(NamedTuple):
     certified: whether every motion in it is certified.
     columns: names that the rows of every run of it have, and together no run of a world without the certificate.
     preparation: of the kernels that it needs.
+    row: module of its rows, whose ``CODES`` have the names of the numbers in a column.
     arms: whether it is driven in one of the arms of a snake's hand, of which one is certified.
     """
 
@@ -30,6 +31,7 @@ class World(NamedTuple):
     certified: bool
     columns: frozenset[str]
     preparation: Preparation
+    row: str
     arms: bool = False
 
     def load(self) -> type[SystemSpec]:
@@ -38,18 +40,21 @@ class World(NamedTuple):
         return found  # type: ignore[no-any-return]
 
 
-__all__ = ["RIGID", "SNAKE", "WORLDS", "World", "arm_of", "is_certified", "preparation_of", "prepare", "spec_of"]
+__all__ = [
+    "RIGID", "SNAKE", "WORLDS", "World", "arm_of", "codes_of", "is_certified", "preparation_of", "prepare", "spec_of",
+]  # fmt: skip
 
 # One process, which yields to others: the page waits for the rigid tool's kernels only.
 SNAKE = Preparation("vfix_engine.worlds.snake.preparation", (("drive",),), "prepared-snake", 219, spare=True)
 
 _OF_ROBOT, _OF_HAND = frozenset(("q0", "v0", "share", "emergency")), frozenset(("push_x", "contacts", "depth"))
 _OF_SNAKE = frozenset(("q0", "tip_s", "beyond_bound"))
+_RIGID_ROW, _SNAKE_ROW = "vfix_engine.worlds.rigid.row", "vfix_engine.worlds.snake.row"
 WORLDS = {
-    "rigid": World("vfix_engine.worlds.rigid.spec", "RigidSpec", True, _OF_ROBOT, RIGID),
-    "freehand": World("vfix_engine.worlds.freehand.spec", "FreehandSpec", False, _OF_HAND, RIGID),
-    "snake": World("vfix_engine.worlds.snake", "SnakeSystemSpec", True, _OF_SNAKE, SNAKE, True),
-    "snake drive": World("vfix_engine.worlds.snake", "DriveSpec", True, _OF_SNAKE, SNAKE, True),
+    "rigid": World("vfix_engine.worlds.rigid.spec", "RigidSpec", True, _OF_ROBOT, RIGID, _RIGID_ROW),
+    "freehand": World("vfix_engine.worlds.freehand.spec", "FreehandSpec", False, _OF_HAND, RIGID, _RIGID_ROW),
+    "snake": World("vfix_engine.worlds.snake", "SnakeSystemSpec", True, _OF_SNAKE, SNAKE, _SNAKE_ROW, True),
+    "snake drive": World("vfix_engine.worlds.snake", "DriveSpec", True, _OF_SNAKE, SNAKE, _SNAKE_ROW, True),
 }
 
 
@@ -77,6 +82,17 @@ def spec_of(run: Run) -> SystemSpec:
         return world.load().from_parts(run.manifest["spec"], run.arrays)
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"the run's spec is damaged: {type(error).__name__} {error}") from error
+
+
+def codes_of(run: Run) -> dict[str, tuple[str, ...]]:
+    """Names of the numbers in the columns of a run's rows that are codes, by column: of its world, in their order.
+
+    Raises:
+        InputError: as ``spec_of`` for the world.
+    """
+    codes: Mapping[str, tuple[str, ...]] = import_module(_world_of(run).row).CODES
+    columns = {column.name for column in run.columns}
+    return {name: names for name, names in codes.items() if name in columns}
 
 
 def is_certified(manifest: Mapping[str, Any]) -> bool:

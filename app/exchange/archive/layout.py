@@ -1,11 +1,14 @@
 """Layout and size limits of an archive.
 
-    manifest.json               schema, notice, versions of the programs, what the archive contains and what was left
-    out case.json                   the case: id, name, time, hash, and its content as stored documents/KIND/ID.json
-    each plan, version of a plan, registration and label in its current state plans/ID.json               each plan also
-    in the plan format of vfix, for other programs; not read back runs/ID.json                manifests of recorded
-    drives, if requested; not read back files/XX/SHA256             surfaces, volumes, masks and URDFs under the SHA-256
-    of their content SHA256SUMS                  checksums of all of them, as `sha256sum -c` reads them
+    manifest.json       schema, notice, versions of the programs, what the archive contains and what was left out
+    case.json           the case: id, name, time, hash, and its content as stored
+    documents/KIND/ID.json
+                        each plan, version of a plan, registration, label and route in its current state
+    plans/ID.json       each plan also in the plan format of vfix, for other programs; not read back
+    runs/ID.json        manifests of recorded drives, if requested, of one in a lumen with its arm and task; not read
+                        back
+    files/XX/SHA256     surfaces, volumes, masks and URDFs under the SHA-256 of their content
+    SHA256SUMS          checksums of all of them, as `sha256sum -c` reads them
 
 Surfaces and volumes are NumPy archives (.npz) without pickle: `vertices` (V, 3) and `faces` (F, 3), or `hu` (K, J, I)
 with `origin`, `spacing` and `direction`; LPS mm.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import secrets
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from app.cases.reading import case_content_from_json, check_names
 from app.cases.referenced_files import referred_files
 from app.cases.service import CaseService
 from app.exchange.archive.checking import CheckedArchive, ReportFraction
-from app.exchange.archive.identity import checked_hash
+from app.exchange.archive.identity import checked_identity
 from app.exchange.archive.kinds import KINDS, NUMBERED, contradiction
 from app.exchange.archive.layout import CASE, FILE, file_entry, renamed
 from app.kit.array_files import ArraysUnusable, check_arrays, is_zip
@@ -80,12 +80,15 @@ class ArchiveReader:
 
                     self._put(archive, key, added, file_progress)
                 progress("Examining the case", 0.9)
-                content_hash = self._examined(found)
+                content, content_hash = self._examined(found)
                 progress("Storing the case", 0.95)
-                return self._stored(found, content_hash)
+                case = self._stored(replace(found, content=content), content_hash)
             except BaseException:
                 self._forget(added)
                 raise
+            if content is not found.content:
+                self._forget(added)  # copies of a surface that travels with vfix
+            return case
 
     def _put(self, archive: CheckedArchive, key: str, added: list[str], progress: ReportFraction) -> None:
         if self._store.files.has(key):
@@ -103,8 +106,8 @@ class ArchiveReader:
                 for key in set(added) - referred_files(session):
                     self._store.files.remove(key)
 
-    def _examined(self, found: _Found) -> str:
-        """Check each surface and volume of the case, and return the hash of its content. Raises InputError."""
+    def _examined(self, found: _Found) -> tuple[CaseContent, str]:
+        """Check each surface and volume of the case, and return its content and the hash of that. Raises InputError."""
         content = found.content
         volumes = (*content.volumes, *(one.volume for one in content.overlays))
         sources = {info.name: info.source for info in volumes} | {info.name: info.source for info in content.surfaces}
@@ -116,7 +119,7 @@ class ArchiveReader:
                 _compare(surface, surface_info(surface.name, self._cases.files.surface(surface.source), ""))
             for volume in volumes:
                 _compare(volume, volume_info(volume.name, self._cases.files.volume(volume.source), ""))
-            return checked_hash(found.case["content_hash"], content, self._cases.files)
+            return checked_identity(found.case["content_hash"], content, self._cases.files)
         except StorageError as error:
             raise InputError(f"a file of the archive cannot be used: {error}") from None
 

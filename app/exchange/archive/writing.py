@@ -18,6 +18,7 @@ from app.cases.files import PHANTOM_CT, STORED, CaseFiles, surface_arrays, volum
 from app.cases.model import Case
 from app.cases.service import CaseService
 from app.drives.runs import RunService
+from app.drives.stored_run import StoredRun
 from app.exchange.archive.kinds import KINDS, contradiction
 from app.exchange.archive.layout import CASE, FILE, MANIFEST, SCHEMA, SUMS, file_entry, renamed
 from app.exchange.plan_files import to_native_json
@@ -28,7 +29,9 @@ from app.store import Store
 from app.store.errors import StorageError
 from app.store.models import CaseRow, DocumentRow, DocumentStateRow
 from vfix_engine.errors import InputError
+from vfix_engine.runtime.run import Run
 from vfix_engine.runtime.versions import versions
+from vfix_engine.study.lumen.task_rows import task_told
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # the earliest time of a zip entry; the archive must depend on its content only
 _LEVEL = 4  # of deflate
@@ -119,13 +122,20 @@ class ArchiveWriter:
                 urdf = self._instruments.carried(plan.content, "json")
                 package.add(f"plans/{plan.id}.json", iter([to_native_json(plan, urdf).encode()]))
         for run in runs:
-            package.add_json(f"runs/{run.id}.json", {"recorded": run.recorded, **run.manifest})
+            package.add_json(f"runs/{run.id}.json", {"recorded": run.recorded, **self._of_lumen(run), **run.manifest})
         for key in sorted(paths):
             if package.add(file_entry(key), _pieces(paths[key])) != key:
                 raise StorageError(f"the stored file {key[:12]} is damaged; import the case again.")
         sums = "".join(f"{digest}  {name}\n" for name, digest in package.sums.items())
         package.add(SUMS, iter([sums.encode()]))
         return left_out
+
+    def _of_lumen(self, run: StoredRun) -> dict[str, Any]:
+        """Arm and task of a run in a lumen, which its manifest does not have. Raises StorageError, InputError."""
+        if run.arm is None:
+            return {}
+        with self._runs.laid_out(run.id) as folder:
+            return {"arm": run.arm, "task": task_told(Run.read(folder))}
 
     def _case_json(self, case_id: str, sources: dict[str, str]) -> dict[str, Any]:
         """Return the stored case; shipped files are named by the hash of their copies in the archive."""

@@ -43,10 +43,20 @@ class HoldRow:
 
 
 @dataclass(frozen=True)
+class Table:
+    """A further table: its heading, the names of its columns, and its rows."""
+
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
 class RunReportPage:
     """What the report says. figures: heading and SVG. more_holds: number of holds that are not listed.
 
-    comments: label of the run, time, and text of each.
+    comments: label of the run, time, and text of each. uncertified: how a run without the certificate was driven.
+    holds_title: what is listed beside the scores. tables: after the figures.
     """
 
     title: str
@@ -57,6 +67,11 @@ class RunReportPage:
     holds: tuple[HoldRow, ...]
     more_holds: int
     comments: tuple[tuple[str, ...], ...] = ()
+    uncertified: str = (
+        "by a free hand: bone does not stop the tool. Contacts are counted, not prevented."  # of a rigid tool
+    )
+    holds_title: str = "Holds and contacts"
+    tables: tuple[Table, ...] = ()
 
     def html(self) -> str:
         """The page."""
@@ -66,6 +81,7 @@ class RunReportPage:
             *(self._caution(run) for run in self.runs if not run.certified),
             self._scores(),
             *(f"<section><h2>{escape(name)}</h2>{svg}</section>" for name, svg in self.figures if svg),
+            *(self._table(table) for table in self.tables),
             self._holds(),
             self._comments(),
             f"<footer><span>{NOTICE}. Scored with vfix {escape(__version__)}. R, L, A, P, S, I: right, left, front, "
@@ -85,8 +101,7 @@ class RunReportPage:
         which = f"Run {run.label} was driven" if self._several else "Driven"
         return (
             f'<section class="verdict blocked"><span class="icon" aria-hidden="true">!</span>'
-            f"<strong>Without the certificate</strong><p>{escape(which)} by a free hand: bone does not stop the tool. "
-            "Contacts are counted, not prevented.</p></section>"
+            f"<strong>Without the certificate</strong><p>{escape(f'{which} {self.uncertified}')}</p></section>"
         )
 
     def _scores(self) -> str:
@@ -103,7 +118,7 @@ class RunReportPage:
 
     def _holds(self) -> str:
         if not self.holds:
-            return "<section><h2>Holds and contacts</h2><p>None.</p></section>"
+            return f"<section><h2>{self.holds_title}</h2><p>None.</p></section>"
         names = (*(("Run",) if self._several else ()), "At", "For", "Reason", "Place, mm")
         columns = "".join(f'<th scope="col">{name}</th>' for name in names)
         body = "".join(
@@ -114,7 +129,15 @@ class RunReportPage:
         more = f'<p class="remark">… and {self.more_holds} shorter ones.</p>' if self.more_holds else ""
         table = f'<table class="holds"><thead><tr>{columns}</tr></thead><tbody>{body}</tbody></table>'
         apart = '<p class="remark">Interruptions of up to 0.3 s are not told apart.</p>'
-        return f"<section><h2>Holds and contacts, the longest first</h2>{table}{more}{apart}</section>"
+        return f"<section><h2>{self.holds_title}, the longest first</h2>{table}{more}{apart}</section>"
+
+    @staticmethod
+    def _table(table: Table) -> str:
+        columns = "".join(f'<th scope="col">{escape(name)}</th>' for name in table.columns)
+        body = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in table.rows)
+        head = f"<thead><tr>{columns}</tr></thead>"
+        rows = f'<table class="marks">{head}<tbody>{body}</tbody></table>'
+        return f"<section><h2>{escape(table.title)}</h2>{rows}</section>"
 
     def _comments(self) -> str:
         if not self.comments:

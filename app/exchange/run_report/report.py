@@ -1,91 +1,32 @@
-"""What the printable report on runs says: their scores, curves and holds, from the runs alone."""
+"""What the printable report on runs says: their scores, curves and holds, from the runs alone; here of a rigid tool."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from datetime import UTC, datetime
-from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from app.exchange.run_report.figures import Axes, PlottedLine, figure
+from app.exchange.run_report.in_lumen import lumen_page
 from app.exchange.run_report.page import HoldRow, ReportedRun, RunReportPage, ScoreRow
+from app.exchange.run_report.reported import RunToReport, comments_of, recording_rows, side, title_of, when
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.runtime.run import Run
-from vfix_engine.study.holds import RunHold, holds_of
-from vfix_engine.study.metrics import RunScore, score_run
-from vfix_engine.study.metrics.samples import samples_of
+from vfix_engine.study.metrics import RunScore
 from vfix_engine.study.metrics.score import Errors
-from vfix_engine.study.series import RunSeries, series_of
+from vfix_engine.study.series import RunSeries
 from vfix_engine.virtual_fixtures.zones import ANATOMY
-from vfix_engine.worlds.registry import spec_of
+from vfix_engine.worlds.registry import is_certified
 from vfix_engine.worlds.rigid.row import PHASES
-from vfix_engine.worlds.rigid.spec import RigidSpec
-
-if TYPE_CHECKING:  # a folder is reported without a store
-    from app.drives.live_comments import RunComment
 
 MOST_RUNS = 6  # columns of the table, and lines of a figure that can be told apart
 _COLOURS = ("#1f6fb5", "#c2410c", "#15803d", "#7e3fb0", "#a16207", "#475569")
 _DASHES = ("", "2 0.8", "0.8 0.8", "3 0.8 0.8 0.8", "1.4 1.4", "4 1.6")
 _MOST_HOLDS = 14
 _SMOOTH_S = 0.05  # over which a speed is measured
-_SIDES = ("LR", "PA", "SI")  # letters of the positive and of the negative side of each LPS axis
 _DONE = PHASES.index("done")
 _TASKS = {"follow": "path", "done": "path", "approach": "path", "inspect_hold": "inspection", "free": "free motion"}
-
-
-@dataclass(frozen=True, eq=False)
-class RunToReport:
-    """A run, its id or folder, the names of what was driven, and when (an ISO time); '' where that is not known.
-
-    comments: on it, in the order of time.
-    """
-
-    run: Run
-    id: str
-    plan: str = ""
-    case: str = ""
-    recorded: str = ""
-    comments: Sequence[RunComment] = ()
-
-    @cached_property
-    def spec(self) -> RigidSpec:
-        """Of a rigid tool; one in a free hand has the same scene and settings."""
-        spec = spec_of(self.run)
-        if getattr(spec, "scene", None) is None:
-            raise InputError(f"a run of '{spec.world}' has no rigid tool")
-        return spec  # type: ignore[return-value]
-
-    @cached_property
-    def score(self) -> RunScore:
-        return score_run(self.run, self.spec)
-
-    @cached_property
-    def series(self) -> RunSeries:
-        return series_of(self.run, self.spec)
-
-    @cached_property
-    def kept_mm(self) -> tuple[float, float]:
-        """Smallest and largest distance that the certificate kept to bone in its samples."""
-        kept = [one.kept_mm for one in samples_of(self.run, self.spec).settings]
-        return min(kept), max(kept)
-
-    @cached_property
-    def holds(self) -> tuple[RunHold, ...]:
-        return holds_of(self.run, self.spec)
-
-    @property
-    def words(self) -> str:
-        """How it was driven, such as 'freehand, without the certificate'."""
-        manifest = self.run.manifest
-        more = [text for text in (manifest.get("preset"), manifest.get("device")) if text]
-        certificate = () if self.score.certified else ("without the certificate",)
-        return ", ".join([self.score.mode or self.score.world, *more, *certificate])
 
 
 def report_html(runs: Sequence[RunToReport]) -> str:
@@ -95,31 +36,32 @@ def report_html(runs: Sequence[RunToReport]) -> str:
     """
     if not 1 <= len(runs) <= MOST_RUNS:
         raise InputError(f"a report takes 1 to {MOST_RUNS} runs, not {len(runs)}")
+    in_lumen = [one.arm is not None for one in runs]
+    if any(in_lumen) != all(in_lumen):
+        raise InputError("a report has one kind of runs: of a rigid tool, or of a robot in a lumen")
     labels = "ABCDEF" if len(runs) > 1 else " "
     shown = tuple(
         ReportedRun(
-            labels[number].strip(), _COLOURS[number], _DASHES[number], one.words, one.score.certified,
-            one.id,
+            labels[number].strip(), _COLOURS[number], _DASHES[number], one.words,
+            is_certified(one.run.manifest), one.id,
         )
         for number, one in enumerate(runs)
     )  # fmt: skip
+    return (lumen_page if all(in_lumen) else _rigid_page)(runs, shown).html()
+
+
+def _rigid_page(runs: Sequence[RunToReport], shown: Sequence[ReportedRun]) -> RunReportPage:
     holds = _holds(runs, shown)
     return RunReportPage(
-        title=_title(runs),
+        title=title_of(runs),
         subtitle=_subtitle(runs),
-        runs=shown,
+        runs=tuple(shown),
         scores=_scores(runs),
         figures=tuple(_figures(runs, shown)),
         holds=holds[:_MOST_HOLDS],
         more_holds=max(len(holds) - _MOST_HOLDS, 0),
-        comments=_comments(runs, shown),
-    ).html()
-
-
-def _title(runs: Sequence[RunToReport]) -> str:
-    plans = list(dict.fromkeys(one.plan for one in runs if one.plan))
-    what = "Run" if len(runs) == 1 else f"{len(runs)} runs"
-    return f"{what} of {', '.join(plans)}" if plans else what
+        comments=comments_of(runs, shown),
+    )
 
 
 def _subtitle(runs: Sequence[RunToReport]) -> str:
@@ -127,18 +69,18 @@ def _subtitle(runs: Sequence[RunToReport]) -> str:
     cases = list(dict.fromkeys(one.case for one in runs if one.case))
     tools = list(dict.fromkeys(one.spec.scene.tool_itself().title for one in runs))
     robots = list(dict.fromkeys(one.spec.scene.robot_model().title for one in runs if one.score.certified))
-    one = [runs[0].words, _when(runs[0].recorded)] if len(runs) == 1 else []
+    one = [runs[0].words, when(runs[0].recorded)] if len(runs) == 1 else []
     return "; ".join(text for text in (*cases, ", ".join(tools), ", ".join(robots), *one) if text)
 
 
 def _scores(runs: Sequence[RunToReport]) -> tuple[ScoreRow, ...]:
     scores = [one.score for one in runs]
-    recorded = [_when(one.recorded) for one in runs] if len(runs) > 1 else []  # of a single run the subtitle says it
+    recorded = [when(one.recorded) for one in runs] if len(runs) > 1 else []  # of a single run the subtitle says it
     rows = [
-        ScoreRow("Recorded", tuple(when or "–" for when in recorded)),
+        ScoreRow("Recorded", tuple(at or "–" for at in recorded)),
         ScoreRow("Task", tuple(_task(one) for one in runs)),
         ScoreRow("Completed", tuple(_completed(one) for one in runs)),
-        *_recording_row(scores),
+        *recording_rows(scores),
         _row("Time, s", scores, lambda one: one.time_s, "{:.1f}"),
         *_error_rows("Path error", [one.path_error_mm for one in scores]),
         *_error_rows("Target error", [one.target_error_mm for one in scores]),
@@ -158,14 +100,6 @@ def _scores(runs: Sequence[RunToReport]) -> tuple[ScoreRow, ...]:
         *_contact_rows(runs),
     ]
     return tuple(row for row in rows if any(value != "–" for value in row.values))
-
-
-def _recording_row(scores: Sequence[RunScore]) -> list[ScoreRow]:
-    """What runs lack, where any lacks something: what came after, or in between, is in no figure."""
-    values = ["whole" if one.whole else "interrupted" for one in scores]
-    told = [f"{one.lost} steps lost" if one.lost else value for one, value in zip(scores, values, strict=True)]
-    lacking = tuple(number for number, value in enumerate(told) if value != "whole")
-    return [ScoreRow("Recording", tuple(told), lacking)] if lacking else []
 
 
 def _margin(one: RunToReport) -> str:
@@ -293,20 +227,11 @@ def _holds(runs: Sequence[RunToReport], shown: Sequence[ReportedRun]) -> tuple[H
     return tuple(
         HoldRow(
             (label, f"{hold.t_s:.1f} s", f"{hold.duration_s:.2f} s", hold.reason[:1].upper() + hold.reason[1:],
-             " ".join(_side(value, axis) for axis, value in enumerate(hold.place))),
+             " ".join(side(value, axis) for axis, value in enumerate(hold.place))),
             hold.kind == "contact",
         )
         for hold, label in found
     )  # fmt: skip
-
-
-def _comments(runs: Sequence[RunToReport], shown: Sequence[ReportedRun]) -> tuple[tuple[str, ...], ...]:
-    """Label of the run, time and text of every comment."""
-    return tuple(
-        (run.label, "before" if said.t_s is None else f"{said.t_s:.1f} s", said.text)
-        for one, run in zip(runs, shown, strict=True)
-        for said in one.comments
-    )
 
 
 def _task(one: RunToReport) -> str:
@@ -329,17 +254,3 @@ def _named(runs: Sequence[RunToReport], structure: str) -> str:
         if structure in one.spec.scene.structure_names:
             return one.spec.scene.structure_names[structure]
     return structure
-
-
-def _side(value: float, axis: int) -> str:
-    """One LPS coordinate by the side of the patient: 'R 24.5'."""
-    rounded = round(float(value), 1)
-    return f"{_SIDES[axis][rounded < 0.0]} {abs(rounded):.1f}"
-
-
-def _when(recorded: str) -> str:
-    """An ISO time as '26 Nov, 07:15 UTC'."""
-    if not recorded:
-        return ""
-    at = datetime.fromisoformat(recorded).astimezone(UTC)
-    return f"{at.day} {at:%b, %H:%M} UTC"

@@ -14,8 +14,8 @@ from vfix_engine.arrays import Array
 from vfix_engine.runtime.command import COMMAND_SIZE
 from vfix_engine.runtime.run import Run
 from vfix_engine.runtime.system import Column
-from vfix_engine.worlds.registry import is_certified
-from vfix_engine.worlds.rigid.row import OUTCOMES, PHASES
+from vfix_engine.study.lumen.task_rows import task_told
+from vfix_engine.worlds.registry import arm_of, codes_of, is_certified
 from vfix_engine.worlds.rigid.scene_parts import tool_from
 
 if TYPE_CHECKING:  # a folder is exported without a store
@@ -23,7 +23,7 @@ if TYPE_CHECKING:  # a folder is exported without a store
 
 CERTIFIED_COLUMN = "certified"  # 1 in every row of a run in which every motion was certified, else 0
 NOTICE_COLUMN = "not_for_clinical_use"  # all ones, so that copies of the table have the notice
-UNCERTIFIED = "driven without the certificate: bone does not stop the tool"
+UNCERTIFIED = "driven without the certificate: {} does not stop the {}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,9 +66,17 @@ def radii_of(run: Run) -> Array:
 
 
 def about(run: Run, run_id: str | None, comments: Sequence[RunComment] = ()) -> dict[str, Any]:
-    """What an export says of itself. run_id, comments: of a stored run."""
-    manifest = run.manifest
+    """What an export says of itself. run_id, comments: of a stored run.
+
+    The names of the numbers in a column are those of the run's world, under the column's name with an s. A run in a
+    lumen has its arm, and its task with the polyps or labels, null without one.
+
+    Raises InputError for a run of an unknown world, and for a task that is damaged.
+    """
+    manifest, arm = run.manifest, arm_of(run.manifest)
     certified = is_certified(manifest)
+    uncertified = UNCERTIFIED.format(*(("bone", "tool") if arm is None else ("its bound", "robot")))
+    of_lumen = {} if arm is None else {"arm": arm, "task": task_told(run)}
     return {
         "notice": NOTICE,
         "frame": FRAME,
@@ -79,13 +87,13 @@ def about(run: Run, run_id: str | None, comments: Sequence[RunComment] = ()) -> 
         "device": manifest.get("device"),
         "preset": manifest.get("preset"),
         "certified": certified,
-        "certificate": "every motion was certified" if certified else UNCERTIFIED,
+        "certificate": "every motion was certified" if certified else uncertified,
         "seed": manifest["seed"],
         "whole": run.whole,
         "lost": run.lost,
         "exported_by": f"vfix {__version__}",
         "recorded_by": manifest["versions"],
-        "phases": list(PHASES),
-        "outcomes": list(OUTCOMES),
+        **{f"{column}s": list(names) for column, names in codes_of(run).items()},
+        **of_lumen,
         "comments": [vars(one) for one in comments],
     }

@@ -97,16 +97,16 @@ export function leftOutWords(leftOut) {
 }
 
 /**
- * Why these files cannot be a head or a segmentation, as far as their names tell; '' where they may be.
+ * Why these files cannot be a case or a segmentation, as far as their names tell; '' where they may be.
  * @param {Found[]} files
  */
 export function refusal(files) {
-  if (!files.length) return "no file in it can be a head.";
+  if (!files.length) return "no file in it can be a case.";
   if (files.length > 1) return "";
   const [{ path }] = files;
   if (HEADER.test(path)) return "choose header and voxel file together.";
   if (READABLE.test(path) || !/\.[a-z][a-z0-9]{0,4}$/i.test(path)) return "";
-  return "not a file of a head. Such are a DICOM folder or .zip, .nrrd, .nii, .nii.gz, .mha, .ply, .stl, .obj, .glb, .vtk or .vtp.";
+  return "not a file of a case. Such are a DICOM folder or .zip, .nrrd, .nii, .nii.gz, .mha, .ply, .stl, .obj, .glb, .vtk or .vtp.";
 }
 
 /**

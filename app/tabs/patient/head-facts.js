@@ -14,7 +14,7 @@ export class HeadFacts {
 
   /** @param {ViewModel} state */
   update({ case: open }) {
-    draw(this.element, open ? this.facts(open) : html`<p class="words">Choose a head below.</p>`);
+    draw(this.element, open ? this.facts(open) : html`<p class="words">Choose a case below.</p>`);
   }
 
   /** @param {CaseSection} open */
@@ -31,7 +31,7 @@ export class HeadFacts {
       <div class="group-head"><h2>${open.name}</h2></div>
       <dl class="facts">${listed(facts)}</dl>
       <p class=${doubts.length ? "words caution" : "words"}>${said(open.loading ?? doubts.join(" "))}</p>
-      <p class="words" id="uncertainty" ?hidden=${!open.uncertainty}>${open.uncertainty ? said(`${open.uncertainty}; the margin has to cover that.`) : nothing}</p>
+      <p class="words" id="uncertainty" ?hidden=${!open.uncertainty}>${open.uncertainty ? said(`${open.uncertainty}.`) : nothing}</p>
       <details id="surface-facts" ?hidden=${!surfaces.length}><summary>Surfaces</summary><dl class="facts">${listed(surfaces)}</dl></details>`;
   }
 }

@@ -11,7 +11,7 @@ import { draw, html, iconTool, live, nameRow, nothing, repeat } from "/static/js
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { CaseEntry, ViewModel } from "/static/js/types.js" */
 
-const SAVED = "All of this head as zip";
+const SAVED = "All of this case as zip";
 
 export class HeadsList {
   /** @param {Connection} connection */
@@ -35,7 +35,7 @@ export class HeadsList {
       ${this.filter.field(items.length)}
       <ul class="list two-lines plain-rows" id="cases" aria-label="Cases">${repeat(shown, ({ id, deleted }) => `${id} ${deleted}`, (item) => this.row(item, item.id === open?.id))}</ul>
       ${shown.length || !items.length ? nothing : html`<p class="empty">None found.</p>`}
-      <button type="button" class="wide" id="save-case" title=${SAVED} ?disabled=${!open} @click=${() => save(open)}>Save ${open?.noun ?? "head"} …</button>
+      <button type="button" class="wide" id="save-case" title=${SAVED} ?disabled=${!open} @click=${() => save(open)}>Save ${open?.noun ?? "case"} …</button>
       ${study ? nothing : html`<button type="button" class="wide" id="choose-study" title="A study of people, from its file (.toml)" data-operation="study.new" ?disabled=${!open} @click=${() => chooseStudy(this.connection)}>Open study …</button>`}
       <label class="check"><input type="checkbox" .checked=${live(this.deleted)} @change=${show}>Show deleted</label>`);
     this.roving.update();
@@ -49,21 +49,21 @@ export class HeadsList {
     const send = (/** @type {"case.open" | "case.restore"} */ type) => this.connection.send(type, { case_id: item.id });
     const tools = item.deleted
       ? iconTool("restore", "Restore", () => send("case.restore"))
-      : [iconTool("pencil", "Rename", () => this.rename(item)), iconTool("download", "Save head (zip)", () => save(item)),
-        iconTool("trash", "Delete", () => this.remove(item.id), { tool: "delete", title: open ? "The open head cannot be deleted" : "Delete", off: open })];
+      : [iconTool("pencil", "Rename", () => this.rename(item)), iconTool("download", "Save case (zip)", () => save(item)),
+        iconTool("trash", "Delete", () => this.remove(item.id), { tool: "delete", title: open ? "The open case cannot be deleted" : "Delete", off: open })];
     return nameRow(item, item.unreadable || when(item.created), () => send("case.open"), tools, open);
   }
 
   /** @param {CaseEntry} item */
   async rename({ id, name: before }) {
-    const name = await askName("Rename head", before);
+    const name = await askName("Rename case", before);
     if (name) this.connection.send("case.rename", { case_id: id, name });
   }
 
   /** @param {string} id */
   remove(id) {
     const fields = { case_id: id };
-    noteDone(this.connection.request("case.delete", fields), "Head deleted.",
+    noteDone(this.connection.request("case.delete", fields), "Case deleted.",
       { label: "Restore", run: () => this.connection.send("case.restore", fields) });
   }
 }

@@ -8,7 +8,7 @@ from app.cases.kinds import KindSpec
 def patient_hint(kind: KindSpec | None, loading: bool) -> str:
     """kind: of the open case; None where none is open."""
     if loading:
-        return f"The {'head' if kind is None else kind.noun} is being prepared."
+        return f"The {'case' if kind is None else kind.noun} is being prepared."
     if kind is None:
-        return "Choose a head, or import a CT."
+        return "Choose a case, or import one."
     return f"Drag to turn the {kind.noun}. Then go to {kind.then}."

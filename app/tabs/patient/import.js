@@ -21,7 +21,7 @@ const QUESTIONS = {
   unit: { name: "units", label: "Unit", options: [["mm", "Millimetres"], ["m", "Metres"], ["um", "Micrometres"]] },
 };
 
-const DROP = "Drop files here. They stay on this computer. Images can identify the patient: an export that holds them asks first. A CT (DICOM, NRRD, NIfTI, MetaImage), a bone surface (PLY, STL, OBJ, GLB, VTK, VTP), a segmentation of the open head, or the zip of a saved head.";
+const DROP = "Drop files here. They stay on this computer. Images can identify the patient: an export that holds them asks first. A CT (DICOM, NRRD, NIfTI, MetaImage), a surface of bone or of a lumen (PLY, STL, OBJ, GLB, VTK, VTP), a segmentation of the open head, or the zip of a saved case.";
 const LUMEN_HELP = "Wall, label map, or CT with air.";
 const HEAD = { id: "import-head", input: "head-files", words: "Import head …", accept: ACCEPTED };
 const LUMEN = { id: "import-lumen", input: "lumen-file", words: "Import lumen …", accept: ACCEPTED, title: LUMEN_HELP };

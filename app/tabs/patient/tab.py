@@ -45,7 +45,7 @@ class PatientTab(Tab):
             case c.CaseCommand(type="case.restore"):
                 cases.restore(command.case_id)
             case c.CaseCommand() if command.case_id == workspace.case.case_id:
-                raise InputError("the open head cannot be deleted; open another one first.")
+                raise InputError("the open case cannot be deleted; open another one first.")
             case c.CaseCommand():
                 cases.delete(command.case_id)
 

@@ -119,6 +119,7 @@ def test_two_polyps_are_cleared_and_the_figures_are_those_of_the_run(
         (["--breathing", "-3"], "amplitude"),
         (["--links", "2"], "and the first polyp is to be at"),
         (["--links", "30"], "more never come in"),
+        (["--operator", "nobody"], "there is no operator 'nobody'"),
     ],
 )
 def test_bad_input_is_refused_in_words(
@@ -132,6 +133,34 @@ def test_bad_input_is_refused_in_words(
     told_of = capsys.readouterr().err
     assert words in told_of
     assert "what of the wall this robot can view" not in told_of or "--every" in changed  # before the long part
+
+
+HAND = """
+import numpy as np
+from vfix_engine.study.endoscopy.own_hand import LumenMotion
+
+def straight_on(at):
+    return lambda seen: LumenMotion(insert_mm_per_s=20.0)
+"""
+
+
+def test_a_hand_of_an_installed_package_does_the_task(
+    told: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "hand_of_a_test.py").write_text(HAND, encoding="utf-8")
+    (info := tmp_path / "hand_of_a_test-1.0.dist-info").mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: hand-of-a-test\nVersion: 1.0\n", encoding="utf-8")
+    (info / "entry_points.txt").write_text(
+        "[vfix.lumen_operators]\nahead = hand_of_a_test:straight_on\n", encoding="utf-8"
+    )
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert main([*told, "--polyps", "2", "--seed", "2", "--operator", "ahead", "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert (report["operator"], report["operator_knows"]) == ("ahead", "the picture and the force on its hand")
+    assert (report["completed"], report["attempts"]) == (True, [])
+    assert report["polyps_cleared"] == 0  # it passed them
+    assert report["table_iii"]["completion_time_s"] < 15.0
+    assert report["run"] is not None
 
 
 def test_ends_without_a_surface_are_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,7 +13,8 @@ import pytest
 
 from app.cli import main
 from app.exchange.run_report.figures import BOTTOM, HEIGHT, TOP, Axes, PlottedLine, figure, ticks
-from app.exchange.run_report.report import MOST_RUNS, RunToReport, report_html, speed_of
+from app.exchange.run_report.report import MOST_RUNS, report_html, speed_of
+from app.exchange.run_report.reported import RunToReport
 from tests.engine.scenes import straight_scene, wall
 from vfix_engine.control import ControlSettings
 from vfix_engine.runtime import Command

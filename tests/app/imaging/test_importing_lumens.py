@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +14,11 @@ from rest_client import Client, wait
 from app.cli import main
 from app.imaging.importing import ImportRequest
 from app.services import Services
+from app.workspace.case_view import case_section
 from vfix_engine.errors import InputError
 
 SPACING = 2.0
+_HEAD = re.compile(r"\b(bones?|heads?|skull|teeth|face|margin)\b", re.IGNORECASE)
 
 
 def abdomen(folder: Path) -> tuple[Path, Path]:
@@ -80,8 +83,39 @@ def test_a_lumen_comes_in_by_the_command_line(
     ct, _ = abdomen(tmp_path)
     words = ["import", str(ct), "--kind", "lumen", "--seed", "100", "50", "60", "--air", "-600", "--json"]
     assert main(words) == 0
-    answer = json.loads(capsys.readouterr().out)
+    printed = capsys.readouterr()
+    assert "the wall may lie" in printed.err
+    assert "the certificate knows that surface alone." in printed.err
+    assert "Images of a lumen can identify the patient: they show the body." in printed.err
+    assert not _HEAD.search(printed.out + printed.err)
+    answer = json.loads(printed.out)
     assert [surface["name"] for surface in answer["surfaces"]] == ["lumen"]
     assert any("at the seed" in note for note in answer["notes"])
+    assert main(["case", "show", answer["case"]]) == 0
+    shown = capsys.readouterr().out
+    assert "the wall may lie" in shown
+    assert not _HEAD.search(shown)
     assert main([*words[:4], "--label", "1"]) == 2
     assert "this is a CT" in capsys.readouterr().err
+
+
+def test_what_is_wrong_with_a_lumen_and_what_is_shown_of_it_is_said_in_words_of_a_lumen(
+    phantom_services: Services, tmp_path: Path
+) -> None:
+    ct, labels = abdomen(tmp_path)
+    services = phantom_services
+    for request, words in (
+        (ImportRequest(labels, kind="lumen", seed=(0.0, 0.0, 0.0)), "label map"),
+        (ImportRequest(ct, kind="lumen", air_hu=50.0), "threshold"),
+        (ImportRequest(ct, kind="lumen", seed=(70.0, 50.0, 60.0)), "put it into the lumen"),
+        (ImportRequest(ct, kind="lumen", label=1), "this is a CT"),
+    ):
+        with pytest.raises(InputError, match=words) as refused:
+            services.importing.run(request)
+        assert not _HEAD.search(str(refused.value))
+    stages: list[str] = []
+    case = services.importing.run(ImportRequest(labels, kind="lumen"), lambda stage, share: stages.append(stage))
+    section = case_section(case, "")
+    told = [*stages, section["uncertainty"], *section["notes"], *(one["words"] for one in section["surfaces"])]
+    assert "the wall may lie" in section["uncertainty"]
+    assert not _HEAD.search(" ".join(told))

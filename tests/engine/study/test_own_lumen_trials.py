@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -14,15 +13,13 @@ from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.pathway.tissue_motion import breathing
 from vfix_engine.robots.snake import SnakeModel
-from vfix_engine.runtime.command import no_command
-from vfix_engine.runtime.operator import Act
+from vfix_engine.study.endoscopy.own_hand import LumenHand, LumenHandAtWork, LumenMotion
 from vfix_engine.study.farm import run_all
 from vfix_engine.study.own import plugins
 from vfix_engine.study.own.evaluation import compared, evaluate
 from vfix_engine.study.own.file import StudyFile, TrialName, checked_study, conditions, labels
 from vfix_engine.study.own.kinds import kind_of
-from vfix_engine.study.own.lumen_trials import EndoscopeAtWork, LumenSetting
-from vfix_engine.study.own.lumen_work import LumenMoment
+from vfix_engine.study.own.lumen_trials import LumenSetting
 from vfix_engine.study.own.order import order_of
 from vfix_engine.study.own.simulated import SimulatedTrials
 from vfix_engine.study.own.told_task import ToldTask
@@ -93,9 +90,8 @@ def test_an_oracle_and_an_operator_of_ones_own_do_the_task(monkeypatch: pytest.M
     name = names_of(oracle.study)[0]
     assert oracle(name).metrics["polyps_missed"] == 0.0
 
-    def pusher(at: EndoscopeAtWork) -> Callable[[LumenMoment], Act]:
-        push = Act(replace(no_command(), axes=(0.0, 0.0, 20.0)))
-        return lambda moment: push
+    def pusher(at: LumenHandAtWork) -> LumenHand:
+        return lambda seen: LumenMotion(insert_mm_per_s=20.0)
 
     class Point:
         name = "pusher"

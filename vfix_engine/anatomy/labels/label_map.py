@@ -66,7 +66,7 @@ def labels_of(values: npt.NDArray[Any], transform: Array, looks: dict[int, Label
     if len(numbers) > MAX_LABELS:
         raise ImageError(
             f"the file holds {len(numbers)} different values, and a segmentation may have {MAX_LABELS}; it is a "
-            "picture and not a map of labels, perhaps: a CT is imported as a head of its own."
+            "picture and not a map of labels, perhaps: a CT is imported as a case of its own."
         )
     labels = []
     for number in numbers:
@@ -85,7 +85,7 @@ def whole_labels(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
     if not (np.isfinite(low) and np.isfinite(high)) or low < -ROUNDED or high > MAX_VALUE + ROUNDED:
         raise ImageError(
             f"the values run from {low:g} to {high:g}; labels are whole numbers from 0 to {MAX_VALUE:,}. A CT is "
-            "imported as a head of its own."
+            "imported as a case of its own."
         )
     if values.dtype.kind != "f":
         return values.astype(np.uint16)

@@ -79,7 +79,7 @@ def _label_of(
     if inside.size and float(np.ptp(inside)) > ROUNDED:
         raise ImageError(
             f"{name_of_mask(name)!r:.80} holds several values and is no mask of one structure. Import a label map by "
-            "itself, and a CT as a head of its own."
+            "itself, and a CT as a case of its own."
         )
     if values.size and float(values.min()) < -ROUNDED:
         raise ImageError(f"{name_of_mask(name)!r:.80} holds values below 0 and is no mask.")

@@ -150,7 +150,7 @@ def read_label_map(
     if dicom and is_dicom_seg(path):
         return read_dicom_seg(path, names, frame, unit, assume=assume)
     if dicom:
-        raise ImageError("the DICOM file is not a segmentation (SEG); a CT is imported as a head of its own.")
+        raise ImageError("the DICOM file is not a segmentation (SEG); a CT is imported as a case of its own.")
     if name.endswith(".nrrd") and nrrd.marks_segmentation(path):
         return read_seg_nrrd(path, names, frame, unit, assume=assume)
     if not name.endswith(SEGMENTATION_SUFFIXES):

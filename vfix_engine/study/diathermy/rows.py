@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from ...anatomy.lumen.wall import Wall
 from ...arrays import Array
 from ...geometry.mesh import TriangleMesh
 from ...runtime.run import Run
 from ...worlds.snake.cavity import cavity_case
-from ..lumen.task_rows import TaskRow, TaskScore
+from ..lumen.task_rows import TaskRow, TaskScore, begun_at
 from ..polyps.task import surface_hash
-from .table import measured, surface_of, task_begun
+from .table import NOTE, measured, seed_of, surface_of, task_begun, task_of
 from .task import DiathermyState, Sight, table_iv
 
 _MEANS = (
@@ -21,6 +23,19 @@ _MEANS = (
 
 
 _LACKING = "Labels are not scored: the cavity's surface is missing."
+_TITLE = "Labels"
+
+
+def task_told(run: Run) -> dict[str, Any] | None:
+    """The task of a run of study II, as ``study.lumen.task_rows.task_told``; None for a run of none.
+
+    Raises InputError for a run whose task is damaged.
+    """
+    if not task_begun(run):
+        return None
+    labels, step = task_of(run)
+    told = {"labels": [label.to_dict() for label in labels], "seed": seed_of(run), "surface": surface_of(run)}
+    return {"study": NOTE, "title": _TITLE} | begun_at(run, step) | told
 
 
 def task_score(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
@@ -41,7 +56,7 @@ def task_score(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
     ]
     rows += [TaskRow(name, _mean(state, key), unit, digits) for key, name, unit, digits in _MEANS]
     result = f"{state.traced} of {len(state.labels)} labels traced" if scored else ""
-    return TaskScore("Labels", state.done, tuple(rows), lacking="" if scored else _LACKING, result=result)
+    return TaskScore(_TITLE, state.done, tuple(rows), lacking="" if scored else _LACKING, result=result)
 
 
 def task_figures(run: Run, wall: TriangleMesh | None) -> dict[str, float | None] | None:

@@ -60,7 +60,7 @@ def measured(run: Run, sight: Sight) -> DiathermyRun:
     Raises:
         InputError: no run of a snake, one without the task, or without steps in it.
     """
-    labels, start = _task_of(run)
+    labels, start = task_of(run)
     if start >= len(run.ticks):
         raise InputError("the run has no steps to measure")
     state, red = first_state(labels), np.zeros(len(run.ticks) - start, dtype=bool)
@@ -74,13 +74,28 @@ def measured(run: Run, sight: Sight) -> DiathermyRun:
 
 def surface_of(run: Run) -> str | None:
     """``surface_hash`` of the cavity that a run's last task was in; None in a run of before it was kept."""
-    notes = [event.content for event in run.events if isinstance(event.content, Note) and event.content.kind == NOTE]
-    surface = notes[-1].content.get("surface") if notes else None
+    surface = _noted(run).get("surface")
     return None if surface is None else str(surface)
 
 
-def _task_of(run: Run) -> tuple[tuple[Label, ...], int]:
-    """The labels of a run, and the number of steps before its task."""
+def seed_of(run: Run) -> int | None:
+    """By which the labels of a run's last task were drawn; None where they were not."""
+    seed = _noted(run).get("seed")
+    return seed if isinstance(seed, int) else None
+
+
+def _noted(run: Run) -> Mapping[str, Any]:
+    """What the note of a run's last task says; nothing of a run without one."""
+    notes = [event.content for event in run.events if isinstance(event.content, Note) and event.content.kind == NOTE]
+    return notes[-1].content if notes else {}
+
+
+def task_of(run: Run) -> tuple[tuple[Label, ...], int]:
+    """The labels of a run, and the number of steps before its task.
+
+    Raises:
+        InputError: the run has no such task, or one that is damaged.
+    """
     labels: tuple[Label, ...] | None = None
     start = 0
     for event in run.events:

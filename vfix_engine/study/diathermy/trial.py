@@ -1,14 +1,15 @@
-"""One person's trial of study II by a scripted operator: six labels, one after the other."""
+"""One trial of study II without a clock, usually by an oracle: six labels, one after the other."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from ...anatomy.lumen.wall import Wall
 from ...runtime.command import BUTTON_CUT
 from ...runtime.driver import Driver, Log
+from ...runtime.operator import Act
 from ...worlds.snake.cavity import CavityCase
 from ...worlds.snake.offline.script import DriveSpec
 from ...worlds.snake.settings import Arm
@@ -22,6 +23,15 @@ from .task import DiathermySample, DiathermyState, first_state, stepped, table_i
 
 STEP_S = 0.01
 LONGEST_S = 600.0  # of simulated time, after which the operator gives up
+
+
+class LabelOperator(Protocol):
+    """An operator of study II. given_up, choices: as of the oracles."""
+
+    given_up: dict[int, str]
+    choices: int
+
+    def __call__(self, seen: OracleView) -> Act | None: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,15 +65,16 @@ def trial(
     arm: Arm,
     record: Callable[[DriveSpec], Log | None] | None = None,
     say: Callable[[str], None] = lambda words: None,
+    operator: LabelOperator | None = None,
 ) -> DiathermyTrial:
-    """Let an oracle trace the labels in one arm.
+    """Let an operator trace the labels in one arm; None: an oracle.
 
     record: returns the destination of the recorded run for the spec of the drive; say: called with what happens.
     """
     spec = case.script(arm, STEP_S)
     driver: Driver[SnakeState] = Driver(system := spec.build(), log=None if record is None else record(spec))
     driver.apply(task_note(placed.labels, placed.seed, surface_hash(case.mesh)))
-    oracle = (JointOracle if arm == "manual" else BendOracle)(bends, placed)
+    oracle: LabelOperator = operator or (JointOracle if arm == "manual" else BendOracle)(bends, placed)
     task, beyond, sight = first_state(placed.labels), 0.0, Wall(case.mesh).free
     while driver.state.t < LONGEST_S:
         act = oracle(OracleView(system, driver.state, task))

@@ -13,6 +13,7 @@ import numpy as np
 
 from ...anatomy.lumen.wall import Wall
 from ...arrays import Array
+from ...pathway.pathway import TissueMotion
 from ...worlds.snake.picture.camera_view import FIELD_DEG
 from ...worlds.snake.snapshot import SnakeSnapshot
 from ..polyps.progress import PolypProgress, Sight
@@ -53,11 +54,11 @@ class PolypEye:
     """Makes what is seen of a snapshot.
 
     Args:
-        wall: the lumen's surface; sight: lines of sight to the polyps.
+        wall: the lumen's surface; sight: lines of sight to the polyps; motion: of the tissue, None: it is still.
     """
 
-    def __init__(self, task: PolypTask, wall: Wall, sight: Sight) -> None:
-        self._targets, self._wall, self._sight = task.targets(), wall, sight
+    def __init__(self, task: PolypTask, wall: Wall, sight: Sight, motion: TissueMotion | None = None) -> None:
+        self._task, self._wall, self._sight, self._motion = task, wall, sight, motion
         edge = np.linspace(-_EDGE, _EDGE, _RAYS)
         x, y = np.meshgrid(edge, edge, indexing="ij")
         rays = np.stack([x.ravel(), y.ravel(), np.ones(x.size)], axis=1)
@@ -67,7 +68,7 @@ class PolypEye:
     def seen(self, snapshot: SnakeSnapshot, progress: PolypProgress) -> SeenLumen:
         """The picture of a snapshot. progress: of the task, which draws the marker and removes polyps."""
         camera = snapshot.camera
-        local = (self._targets - camera[:3, 3]) @ camera[:3, :3]
+        local = (self._task.targets(self._motion, snapshot.t) - camera[:3, 3]) @ camera[:3, :3]
         polyps = []
         for number in np.flatnonzero((local[:, 2] > 0.0) & (np.linalg.norm(local, axis=1) <= FAR_MM)).tolist():
             x, y, z = local[number].tolist()

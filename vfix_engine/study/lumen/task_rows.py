@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from importlib import import_module
+from typing import Any
 
 from ...geometry.mesh import TriangleMesh
 from ...runtime.run import Run
@@ -38,7 +39,7 @@ class TaskScore:
     result: str = ""
 
 
-# Modules with functions `task_score` and `task_figures` as those below: None for a run that is of no such task.
+# Modules with functions `task_score`, `task_figures` and `task_told` as those below: None for a run of no such task.
 TASKS = ["vfix_engine.study.polyps.rows", "vfix_engine.study.diathermy.rows"]
 
 
@@ -65,3 +66,26 @@ def task_figures(run: Run, wall: TriangleMesh | None = None) -> dict[str, float 
         if found is not None:
             return found
     return {}
+
+
+def task_told(run: Run) -> dict[str, Any] | None:
+    """The task that a run is of, as JSON's types; None where it is of none.
+
+    'study': 'kwok1' or 'kwok2'. 'title': as in ``TaskScore``. 'from_step', 'from_s': the step and the time in s of its
+    row before which it began. The others are those of the run's note: the polyps or labels, LPS mm, with their seed.
+
+    Raises:
+        InputError: a task that is damaged.
+    """
+    for module in TASKS:
+        found: dict[str, Any] | None = import_module(module).task_told(run)
+        if found is not None:
+            return found
+    return None
+
+
+def begun_at(run: Run, step: int) -> dict[str, Any]:
+    """The fields of ``task_told`` that say when a task began."""
+    t = run.column("t")
+    again = step < len(t) and t[step] <= t[step - 1]  # its first step, or the first after a return to the start
+    return {"from_step": step, "from_s": 0.0 if step == 0 or again else float(t[step - 1])}

@@ -26,6 +26,7 @@ from ...worlds.snake.settings import ARMS
 from ...worlds.snake.stepping.state import SnakeState
 from ..diathermy.placing import PlacedLabels
 from ..endoscopy.endoscopist import Endoscopist
+from ..endoscopy.own_hand import hand_named
 from ..lumen.score import LumenScore, score_lumen_run
 from ..lumen.task_rows import task_figures
 from ..person import Person
@@ -33,11 +34,9 @@ from ..polyps.task import PolypTask, surface_hash
 from .file import StudyCondition, StudyFile, TrialName
 from .kinds import TrialKind
 from .lumen_work import Hand, LabelWork, LumenMoment, PolypWork, Work
-from .plugins import METRICS, Metric, metric_in, part_named
+from .plugins import METRICS, Metric, metric_in
 from .seeding import subject_random, trial_seed
 from .told_task import ToldTask
-
-OPERATORS = "vfix.lumen_operators"  # group of entry points
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,8 +106,11 @@ class ScoredLumenTrial:
 
 
 def lumen_operator_named(name: str) -> LumenOperatorMaker:
-    """An operator. Raises InputError for a name that is not known."""
-    return part_named(OPERATORS, _OPERATORS, name, "operator in a lumen")
+    """An operator of vfix, or the hand of an installed package. Raises InputError for a name that is not known."""
+    if name in _OPERATORS:
+        return _OPERATORS[name]
+    maker = hand_named(name, _OPERATORS)
+    return lambda at: at.work.own(at.setting.spec, name, maker, int(at.seed.generate_state(1)[0]))
 
 
 def lumen_metric_named(name: str) -> Metric:

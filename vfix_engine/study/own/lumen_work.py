@@ -15,6 +15,7 @@ from ...runtime.requests import Request
 from ...worlds.snake.offline.script import DriveSpec, ScriptSystem
 from ...worlds.snake.requests import GetReady
 from ...worlds.snake.snapshot import SnakeSnapshot
+from ...worlds.snake.stepping.manual import JOINTS
 from ...worlds.snake.stepping.state import SnakeState
 from ..diathermy import table as label_table
 from ..diathermy.bend_map import BendMap
@@ -25,6 +26,7 @@ from ..endoscopy import label_run, polyp_run
 from ..endoscopy.cavity_picture import LabelEye
 from ..endoscopy.endoscopist import Endoscopist
 from ..endoscopy.label_person import LabelPerson
+from ..endoscopy.own_hand import HandMaker, LumenHandAtWork, OwnHand
 from ..endoscopy.picture import PolypEye
 from ..endoscopy.polyp_person import PolypPerson
 from ..polyps import series as polyp_series
@@ -80,6 +82,10 @@ class Work(Protocol[P]):
         """A script that knows where everything is."""
         ...
 
+    def own(self, spec: DriveSpec, name: str, maker: HandMaker, seed: int) -> Hand:
+        """A hand of an installed package, as of ``hand_named``."""
+        ...
+
 
 class PolypWork:
     """Study I in tissue that is still."""
@@ -109,6 +115,10 @@ class PolypWork:
     def oracle(self, spec: DriveSpec) -> Hand:
         operator = PolypOperator(self.task, self.sight)
         return lambda moment: operator(moment.system, moment.state)
+
+    def own(self, spec: DriveSpec, name: str, maker: HandMaker, seed: int) -> Hand:
+        at = LumenHandAtWork("kwok1", spec.drive.arm, JOINTS, spec.drive.step_s, seed)
+        return _own(OwnHand(name, maker, at), PolypEye(self.task, self._wall, self.sight))
 
 
 class LabelWork:
@@ -147,3 +157,16 @@ class LabelWork:
         kind = JointOracle if spec.drive.arm == "manual" else BendOracle
         oracle = kind(BendMap(steered.build()), self.placed)
         return lambda moment: oracle(OracleView(moment.system, moment.state, moment.progress))
+
+    def own(self, spec: DriveSpec, name: str, maker: HandMaker, seed: int) -> Hand:
+        at = LumenHandAtWork("kwok2", spec.drive.arm, spec.snake.links, spec.drive.step_s, seed)
+        return _own(OwnHand(name, maker, at), LabelEye(self.placed.labels, self._wall))
+
+
+def _own(hand: OwnHand, eye: PolypEye | LabelEye) -> Hand:
+    """A hand that sees by an eye."""
+
+    def act(moment: LumenMoment) -> Act | None:
+        return hand.act(moment.snapshot, moment.state.hand_joint, lambda: eye.seen(moment.snapshot, moment.progress))
+
+    return act

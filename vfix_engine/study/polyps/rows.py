@@ -10,8 +10,8 @@ from ...arrays import Array
 from ...geometry.mesh import TriangleMesh
 from ...runtime.run import Run
 from ...worlds.registry import spec_of
-from ..lumen.task_rows import TaskRow, TaskScore
-from .series import PolypSeries, polyp_series, task_begun, task_of
+from ..lumen.task_rows import TaskRow, TaskScore, begun_at
+from .series import NOTE, PolypSeries, polyp_series, task_begun, task_of
 from .sight import LumenSight
 from .table import TableIII, table_iii
 from .task import PolypTask, surface_hash
@@ -45,6 +45,18 @@ _ROWS = (
 
 _BY_SIGHT = ("polyps_missed", "distance_error_mm", "angle_error_deg", "times_missed")
 _LACKING = "Views are not scored: the lumen's surface is missing."
+_TITLE = "Polyps"
+
+
+def task_told(run: Run) -> dict[str, Any] | None:
+    """The task of a run of study I, as ``study.lumen.task_rows.task_told``; None for a run of none.
+
+    Raises InputError for a run whose task is damaged.
+    """
+    if not task_begun(run):
+        return None
+    task, step = task_of(run)
+    return {"study": NOTE, "title": _TITLE} | begun_at(run, step) | task.to_dict()
 
 
 def task_score(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
@@ -63,7 +75,7 @@ def task_score(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
     count = len(series.task.polyps)
     result = f"{count - table.polyps_missed} of {count} polyps viewed" if seen else ""
     lacking = "" if seen else _LACKING
-    return TaskScore("Polyps", series.progress.completed, rows, lacking=lacking, result=result)
+    return TaskScore(_TITLE, series.progress.completed, rows, lacking=lacking, result=result)
 
 
 def task_figures(run: Run, wall: TriangleMesh | None) -> dict[str, float | None] | None:

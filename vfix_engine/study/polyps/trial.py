@@ -1,31 +1,50 @@
-"""Study I without a clock: the operator that knows where the polyps are does the task, and its run is measured."""
+"""Study I without a clock: an operator, usually the one that knows the polyps, does the task; its run is measured."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from ...geometry.mesh import TriangleMesh
+from ...runtime.operator import Act
 from ...runtime.run import Run, RunWriter
 from ...snake.conform.conforming import driven_curve
-from ...worlds.snake.offline.script import DriveSpec
+from ...worlds.snake.offline.script import DriveSpec, ScriptSystem
 from ...worlds.snake.offline.snake_drive import SnakeDrive
 from ...worlds.snake.offline.wall_depth import UNMEASURED, WallDepth
 from ...worlds.snake.stepping.constants import Start
+from ...worlds.snake.stepping.state import SnakeState
 from .figures import ASSUMED, polyp_figures
-from .operator import PolypOperator
+from .operator import Attempt, PolypOperator
 from .progress import PolypProgress
 from .series import polyp_series, task_note
 from .sight import LumenSight
+from .task import PolypTask
 from .world import PolypWorld
 
 
+class TaskOperator(Protocol):
+    """An operator of the scripted drive that follows the task: its progress after the last step, and its attempts."""
+
+    task: PolypTask
+    progress: PolypProgress
+    attempts: list[Attempt]
+
+    def __call__(self, system: ScriptSystem, state: SnakeState) -> Act | None: ...
+
+
 def polyp_trial(
-    mesh: TriangleMesh, world: PolypWorld, folder: Path, say: Callable[[str], None] = lambda words: None
+    mesh: TriangleMesh,
+    world: PolypWorld,
+    folder: Path,
+    say: Callable[[str], None] = lambda words: None,
+    operator_of: Callable[[PolypTask, LumenSight], TaskOperator] | None = None,
 ) -> dict[str, Any]:
     """Do the task, record it as the run ``folder``, and compute its figures from that run; JSON's types.
+
+    operator_of: makes another operator than the oracle.
 
     Raises:
         InputError: the folder exists, or the robot does not fit the lumen.
@@ -34,7 +53,9 @@ def polyp_trial(
     drive = SnakeDrive(world.snake, lumen.pathway, settings, lumen.curve, lumen.slack)
     spec = DriveSpec.of(Start(drive.constants, drive.state), lumen)
     sight = LumenSight(mesh, task, world.motion)
-    operator = PolypOperator(task, sight, world.motion, views)
+    operator: TaskOperator = (
+        PolypOperator(task, sight, world.motion, views) if operator_of is None else operator_of(task, sight)
+    )
     behind = _behind(mesh, world)
     writer = RunWriter(folder, spec, spec.columns, task.seed)
     drive.driver.log = writer
@@ -67,7 +88,7 @@ def _behind(mesh: TriangleMesh, world: PolypWorld) -> WallDepth | None:
     return WallDepth(mesh, pathway, driven_curve(pathway, world.lumen.curve), world.snake.links)
 
 
-def _drive(drive: SnakeDrive, operator: PolypOperator, behind: WallDepth | None, say: Callable[[str], None]) -> None:
+def _drive(drive: SnakeDrive, operator: TaskOperator, behind: WallDepth | None, say: Callable[[str], None]) -> None:
     """Step until the operator has finished."""
     drive.ask(task_note(operator.task))
     told: PolypProgress = operator.progress

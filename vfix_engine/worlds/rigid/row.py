@@ -15,6 +15,7 @@ from .state import RehearsalState
 
 OUTCOMES = ("idle", "moved", "shrunk", "held")  # ``outcome`` is the index in this tuple
 PHASES = ("free", "approach", "follow", "done", "inspect_approach", "inspect_hold")  # so is ``phase``
+CODES = {"phase": PHASES, "outcome": OUTCOMES}  # by column: what its numbers are called
 _PHASE = {name: float(place) for place, name in enumerate(PHASES)}
 _OUTCOME = {name: float(place) for place, name in enumerate(OUTCOMES)}
 _FIELDS = ("q", "velocity", "position", "rotation", "start", "end", "distance")  # of a measured state

@@ -20,6 +20,12 @@ LIMITS: tuple[LimitedBy | None, ...] = (None, *get_args(LimitedBy))  # by their 
 _CODES = {name: float(code) for code, name in enumerate(OUTCOMES)}
 _LIMIT_CODES = {name: float(code) for code, name in enumerate(LIMITS)}
 ARM_CODES: dict[Arm, float] = {"manual": 0.0, "guided": 1.0, "certified": 2.0}  # fixed: runs have them
+# By column: what its numbers are called.
+CODES: dict[str, tuple[str, ...]] = {
+    "outcome": tuple(OUTCOMES.values()),
+    "limit": tuple(name or "" for name in LIMITS),
+    "arm": tuple(ARM_CODES),
+}
 # What has been added since the first runs, at the end; a run of before is replayed without.
 _ADDED = (
     ("deviation", "mm"), ("bound", "mm"), ("link", ""), ("guidance_x", "N"), ("guidance_y", "N"), ("limit", ""),
