@@ -87,7 +87,9 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
         route = self._route
         if route is None or self.drive is None:
             raise ControlError("make a route first.")
-        self.drive.options = options = self.options  # those of a trial stay with its robot
+        options = self.options
+        if self.fixed is not None:  # those of a trial stay with its robot; nobody chooses others meanwhile
+            self.drive.options = options
         return prepare(self.workspace.services, route, options, tell)
 
     def enter(self) -> None:
