@@ -57,7 +57,8 @@ async def _serve(websocket: WebSocket, tab: str, columns: PoseColumns) -> None:
     drives: Drives = await asyncio.to_thread(websocket.app.state.sessions.shared, tab)
     drive = _asked_for(drives, websocket.query_params)
     if drive is None:
-        await websocket.close(NO_DRIVE, _GONE)
+        with contextlib.suppress(WebSocketDisconnect):  # it may have left already
+            await websocket.close(NO_DRIVE, _GONE)
         return
     if not drives.readers.acquire(blocking=False):
         await websocket.close(TOO_MANY, f"{MAX_READERS} programs read poses already; try again in 15 s")

@@ -189,9 +189,9 @@ export class SceneFrame {
    * One processor draws both pictures: what is not looked at gives way.
    * @param {ViewModel} state
    */
-  restIfMust({ rehearsal, step }) {
+  restIfMust({ rehearsal, step, scene }) {
     const mayRest = this.software && (this.layout === "endoscope" || this.layout === "endoscope-alone") && step?.input === "drive";
-    if (this.layer) this.layer.hooks.copied = mayRest ? this.still : null;
+    if (this.layer) this.layer.hooks.copied = mayRest && this.connection.connected && scene?.ready ? this.still : null; // one that comes anew is empty at first
     const rests = mayRest && rehearsal?.state === "running";
     if (rests === this.rests) return;
     this.rests = rests;

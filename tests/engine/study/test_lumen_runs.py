@@ -302,10 +302,11 @@ def test_a_score_says_how_much_is_behind_the_wall(tmp_path: Path) -> None:
     found, samples = score.behind_wall, lumen_samples_of(run)
     assert found is not None
     angle = np.arccos(12.0 / 13.0)  # of a rim to either side of the middle of a wall
-    assert found.share == pytest.approx(8.0 * angle / (2.0 * np.pi), abs=0.03)
+    assert found.share == pytest.approx(8.0 * angle / (2.0 * np.pi), abs=0.1)  # by 48 rays
     assert found.depth_mm == pytest.approx(1.0, abs=0.01)
     assert score.bound_mm == np.nanmax(samples.bound)
-    ends = np.array([spec.snake.frames(q, base)[1:, :2, 3] for q, base in zip(samples.q, samples.base, strict=True)])
+    bases = [np.vstack([base, np.eye(4)[3:]]) for base in samples.base]
+    ends = np.array([spec.snake.frames(q, base)[1:, :2, 3] for q, base in zip(samples.q, bases, strict=True)])
     deepest = np.abs(ends).max() + spec.snake.radius_mm - 12.0  # of a ball about a joint or the tip
     assert deepest > 1.0
     assert found.links_mm == pytest.approx(deepest, abs=0.3)
