@@ -164,7 +164,7 @@ def test_what_cannot_be_reported_is_refused(
     for runs, name, words in (
         ([str(folders[0])], "report.pdf", "ends in .html"),
         ([str(folders[0])] * (MOST_RUNS + 1), "report.html", "1 to 6 runs"),
-        ([old_runs["snake"]], "report.html", "no rigid tool"),
+        ([str(folders[0]), old_runs["snake"]], "report.html", "one kind of runs"),
         (["run-nobody"], "report.html", "run-nobody"),
     ):
         assert main(["report", *runs, "-o", str(tmp_path / name)]) == 2

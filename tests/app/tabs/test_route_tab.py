@@ -109,10 +109,15 @@ def test_edits_are_undone_and_redone_and_the_pathway_follows(opened: Opened) -> 
     assert opened.heard.words[-1] == "There is nothing to redo."
 
 
-def test_ends_that_lie_in_no_lumen_are_told_and_a_better_one_helps(opened: Opened) -> None:
+def test_an_end_that_lies_in_no_lumen_is_refused_and_a_stored_one_is_told_and_a_better_one_helps(
+    opened: Opened, phantom_services: Services
+) -> None:
     opened.do("route.new")
-    opened.do("route.entry", at=(90.0, 0.0, 20.0))
-    path = opened.do("route.end", at=(0.0, 0.0, 150.0))["route_path"]
+    with pytest.raises(InputError, match="outside the lumen"):
+        opened.do("route.entry", at=(90.0, 0.0, 20.0))
+    case = phantom_services.cases.get(str(opened.workspace.case.case_id))
+    stored = route_in(phantom_services, case, entry=(90.0, 0.0, 20.0))  # by a version that took it
+    path = opened.do("route.open", route_id=stored.id)["route_path"]
     assert path["state"] == "failed"
     assert "lumen" in path["words"]
     assert opened.do("route.entry", at=ENTRY)["route_path"]["state"] == "ready"
