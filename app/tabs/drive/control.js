@@ -20,6 +20,8 @@ const HELP = "Manual: the paper’s ‘without’. Left and right, up and down t
   + "Certified: ours. Every motion is certified to stay in the pathway, and stopped at its limit. Another arm ends the run, and the next begins at the entry.";
 const BEHIND_HELP = "The certificate speaks of the fitted pathway, not of the wall. So much of the pathway’s surface lies behind the wall’s triangles, "
   + "and there a certified link can be as deep behind them, and by its bound deeper.";
+/** @param {SnakeView | null | undefined} snake */
+const betweenHelp = (snake) => (snake?.behind ? `Links are measured at vertices of their surface, which can be up to ${fixed(snake.behind.between_mm, 1)} mm deeper between them.` : "");
 /** @type {[NonNullable<DriveOptionsView["preset"]> | "", string][]} */
 const PRESETS = [["", "Default"], ["kwok2013", "Kwok 2013"]];
 const PRESET_HELP = "Printed parameters of the paper: its polar Hermite surface through four control bends, in place of our control that turns the view. "
@@ -49,7 +51,7 @@ export function controlGroup(connection, options, snake, running) {
   return titled("Arm", null, html`
     <div class="segmented devices" role="group" aria-label="Arm">${ARM_NAMES.map((name) => html`<button type="button" data-arm=${name}
       aria-pressed=${String(name === arm)} ?disabled=${!open} @click=${() => connection.send("drive.arm", { arm: name })}>${ARMS[name][0]}</button>`)}</div>
-    ${hintLine("arm-words", arm === "certified" ? certifiedWords(snake) : ARMS[arm][1], arm === "certified" ? `${BEHIND_HELP} ${HELP}` : HELP)}
+    ${hintLine("arm-words", arm === "certified" ? certifiedWords(snake) : ARMS[arm][1], arm === "certified" ? `${BEHIND_HELP} ${betweenHelp(snake)} ${HELP}` : HELP)}
     ${arm === "certified" ? nothing : html`<p class="words uncertified" id="uncertified" role="status">${WITHOUT}</p>`}
     ${arm === "manual" ? joints(connection, snake, running) : nothing}
     ${arm === "guided" && snake?.yield_mm_per_s_per_n ? html`<p class="words" id="yield-words">Each newton of guidance moves your pull by ${fixed(snake.yield_mm_per_s_per_n, 0)} mm/s, assumed.</p>` : nothing}

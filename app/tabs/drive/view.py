@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from app.drives.drive_record import DriveRecord
@@ -63,7 +65,8 @@ def behind_wall(path: RoutePath) -> BehindWallView | None:
     found = path.reach.behind_wall
     if found is None:
         return None
-    return {"share": round(found.outside, 4), "depth_mm": round(found.depth_mm[-1], 2)}
+    between = math.ceil(100.0 * path.between_vertices_mm) / 100.0
+    return {"share": round(found.outside, 4), "depth_mm": round(found.depth_mm[-1], 2), "between_mm": between}
 
 
 def _nearest(snapshot: SnakeSnapshot) -> LinkView | None:
