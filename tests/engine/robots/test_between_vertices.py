@@ -28,7 +28,8 @@ def dense(snake: SnakeModel) -> Array:
 
 def depth(points: Array) -> Array:
     """How far outside a tube along z points (…, 3) are, mm."""
-    return np.maximum(np.hypot(points[..., 0], points[..., 1]) - TUBE_MM, 0.0)
+    found: Array = np.maximum(np.hypot(points[..., 0], points[..., 1]) - TUBE_MM, 0.0)
+    return found
 
 
 @pytest.mark.parametrize("each", [20, 100, 400])

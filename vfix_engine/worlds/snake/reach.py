@@ -53,8 +53,9 @@ class Reach:
     """How deep a robot comes.
 
     depth_mm: of its tip along the curve that it follows (``driven_curve``), of ``path_mm``. limit: what ends it there:
-    the path's 'end', too few 'links', a 'narrow' place, the 'bound' of a link, or no 'shape' that conforms;
-    words: the same for people. at_lps: (3,) LPS mm, the place it is held at: the narrow place, the vertex beyond its bound, or the tip.
+    the path's 'end', too few 'links', a 'narrow' place, the 'bound' of a link, or no 'shape' that conforms; words:
+    the same for people. at_lps: (3,) LPS mm, the place it is held at: the narrow place, the vertex beyond its bound, or
+    the tip.
     narrowest: of the pathway, up to the target. offers: what would come deeper, the deepest first.
     behind_wall: how much of the pathway's surface is outside the lumen; None: no surface was given. A link within its
     bound there can be so deep behind the wall.
