@@ -85,7 +85,7 @@ test("a robot that is too thick for its route cannot start, and a thinner one is
   const { panel, state, sent } = driving();
   Object.assign(state, { route, route_path: path, rehearsal: { state: "ready", mine: true } });
   assert.match(String(panel.drive(state.rehearsal, route)), /Too narrow for this robot 392 mm in: radius 5\.0 mm\./);
-  assert.doesNotMatch(String(panel.drive(state.rehearsal, route)), /by hand/);
+  assert.doesNotMatch(String(panel.drive(state.rehearsal, route)), /contour by hand/);
   state.route_path.by_hand_mm = 401;
   assert.match(String(panel.drive(state.rehearsal, route)), /The contour by hand at 401 mm does that\./);
   state.route_path.by_hand_mm = null;

@@ -21,7 +21,7 @@ const HELP = "Manual: the paper’s ‘without’. Left and right, up and down t
 const BEHIND_HELP = "The certificate speaks of the fitted pathway, not of the wall. So much of the pathway’s surface lies behind the wall’s triangles, "
   + "and there a certified link can be as deep behind them, and by its bound deeper.";
 /** @param {SnakeView | null | undefined} snake */
-const betweenHelp = (snake) => (snake?.behind ? `Links are measured at vertices of their surface, which can be up to ${fixed(snake.behind.between_mm, 1)} mm deeper between them.` : "");
+const betweenHelp = (snake) => (snake?.behind ? `Between its vertices a link can be ${fixed(snake.behind.between_mm, 1)} mm deeper than measured.` : "");
 /** @type {[NonNullable<DriveOptionsView["preset"]> | "", string][]} */
 const PRESETS = [["", "Default"], ["kwok2013", "Kwok 2013"]];
 const PRESET_HELP = "Printed parameters of the paper: its polar Hermite surface through four control bends, in place of our control that turns the view. "

@@ -22,7 +22,7 @@ const ENDS = [["entry", "Entry"], ["end", "End"]];
 const BOUND_HELP = "Empty: half the lumen’s radius, 8 mm at most.";
 const LINKS_HELP = "Empty: as many as the way needs.";
 const DEVIATION_HELP = "How far a link may lie outside the pathway: its largest deviation.";
-const LENGTH_HELP = "All lengths are along the way of the robot’s tip. It rounds bends, so it is shorter than the centreline.";
+const LENGTH_HELP = "Along the way of the robot’s tip, shorter than the centreline.";
 /** What the planner takes of a robot. @type {["links" | "length_mm" | "radius_mm", string, number, number][]} */
 const ROBOT = [["links", "Links", 1, 120], ["length_mm", "Link, mm", 1, 100], ["radius_mm", "Radius, mm", 0.5, 30]];
 const BOUND_MM = /** @type {const} */ ([0.1, 50]);
