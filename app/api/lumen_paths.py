@@ -23,8 +23,8 @@ _Triple = tuple[float, float, float]
 class ContourPublic(BaseModel):
     """A control contour of the pathway, LPS mm.
 
-    at_mm: along the pathway. radii_mm: one of a circle, else those around it. cut_mm: by how much it was reduced, so
-    that it does not cross a neighbour. behind_mm: by how much its rim lies behind the wall.
+    at_mm: along the robot's way. radii_mm: one of a circle, else those around it. cut_mm: by how much it was reduced,
+    so that it does not cross a neighbour. behind_mm: by how much its rim lies behind the wall.
     """
 
     at_mm: float
@@ -38,12 +38,15 @@ class ContourPublic(BaseModel):
 class RoutePathPublic(BaseModel):
     """The pathway of a route; lengths in mm, places in LPS mm.
 
-    links: of the robot. reach_mm: how deep its tip comes; limit, reach_words: what ends its way; offers: what would
-    come deeper, in words. least_mm, least_at_mm: the least radius, and where along the pathway.
-    behind_wall, behind_mm: share of the pathway's surface behind the wall, and how deep at most. contours: its control
-    contours; contours_left_out: number of those by hand that are too far from the way.
-    s_mm, radius_mm, wall_mm: along it, its radius and the distance from the centreline to the wall.
-    centreline: places 1 mm apart.
+    All lengths are along the robot's way, the curve that its tip follows: it rounds bends, so it is shorter than the
+    centreline. In a lumen that moves it is the line of the pathway's centres.
+    length_mm: to the end. links: of the robot. reach_mm: how deep its tip comes; limit, reach_words: what ends its way;
+    offers: what would come deeper, in words. least_mm, least_at_mm: the least radius, and where.
+    behind_wall, behind_mm: share of the pathway's surface behind the wall, and how deep at most. between_vertices_mm:
+    links are measured at vertices of their surface, which can be so much deeper between them where the pathway is
+    convex. contours: its control contours; contours_left_out: number of those by hand that are too far from the way.
+    s_mm, radius_mm, wall_mm: along the way, the pathway's radius, and the distance from the place of the centreline
+    beside it to the wall. centreline: places at most 0.5 mm apart; centreline_mm: its own length.
     """
 
     route: str
@@ -57,12 +60,14 @@ class RoutePathPublic(BaseModel):
     least_at_mm: float
     behind_wall: float
     behind_mm: float
+    between_vertices_mm: float
     contours: list[ContourPublic]
     contours_left_out: int
     s_mm: list[float]
     radius_mm: list[float]
     wall_mm: list[float]
     centreline: list[_Triple]
+    centreline_mm: float
     notice: str
 
 
@@ -98,12 +103,14 @@ def _public(route_id: str, path: RoutePath) -> RoutePathPublic:
         least_at_mm=path.reach.narrowest.at_mm,
         behind_wall=wall.outside,
         behind_mm=wall.depth_mm[2],
+        between_vertices_mm=path.between_vertices_mm,
         contours=_contours(path),
         contours_left_out=len(path.edited.left_out),
         s_mm=_plain(path.s_mm),
         radius_mm=_plain(path.radius_mm),
         wall_mm=_plain(path.wall_mm),
         centreline=path.lumen.centreline.curve.points.round(4).tolist(),
+        centreline_mm=path.lumen.centreline.curve.length,
         notice=NOTICE,
     )
 
@@ -112,7 +119,7 @@ def _contours(path: RoutePath) -> list[ContourPublic]:
     edited, behind = path.edited, path.behind_mm
     return [
         ContourPublic(
-            at_mm=float(edited.pathway.at_s[number]),
+            at_mm=float(edited.at_mm[number]),
             centre=triple(edited.pathway.centre[number]),
             radii_mm=_plain(edited.pathway.radius[number]),
             by_hand=bool(edited.of_hand[number] >= 0),

@@ -59,7 +59,7 @@ class LumenScorePublic(BaseModel):
     """The score of a run in a lumen, see docs/metrics.md; lengths in mm, times in s, forces in N.
 
     completed: its task was done, or without one the tip came to the end of its way. depth_mm: its deepest place;
-    length_mm, reach_mm: of the pathway, and how far along it this robot can come; share: of length_mm. insertion_s:
+    length_mm, reach_mm: of the robot's way, and how far along it this robot can come; share: of length_mm. insertion_s:
     until the deepest place; withdrawal_s: from then until the tip was out, null where it was not. All from depth_mm on
     are null on a fixed base, from which nothing is inserted. deviation: of the last links, nearest_mm: of the link
     nearest to its bound, bound_mm: the largest bound that it had; all null in a run whose rows do not have them.

@@ -23,7 +23,7 @@ if TYPE_CHECKING:  # slow to load, as in `paths`
     from vfix_engine.pathway.hand_contours import EditedPathway
     from vfix_engine.worlds.snake.lumen import Lumen
 
-AlongMm = Annotated[float, Meta(ge=0.0, le=1e4, description="along the pathway, in mm")]
+AlongMm = Annotated[float, Meta(ge=0.0, le=1e4, description="along the way of the robot, in mm")]
 
 
 class ContourEdit(Edit, frozen=True):
@@ -73,7 +73,7 @@ class ContourEdit(Edit, frozen=True):
 
 
 class AddContour(ContourEdit, frozen=True):
-    """Add a contour at so many mm along the pathway. radius_mm: null for the pathway's there."""
+    """Add a contour at so many mm along the way. radius_mm: null for the pathway's there."""
 
     title = "Add contour"
     rest = "POST /routes/{id}/contours"
@@ -84,19 +84,17 @@ class AddContour(ContourEdit, frozen=True):
     def changed(self, contours: tuple[RouteContour, ...], now: EditedPathway, fit: Lumen) -> tuple[RouteContour, ...]:
         now.nearest(self.at_mm)  # raises where that is not on the way
         found = now.pathway.contours()
-        knot = float(np.interp(self.at_mm, now.pathway.at_s, now.fit_knots))
+        knot, s = (float(np.interp(self.at_mm, now.at_mm, one)) for one in (now.fit_knots, now.pathway.at_s))
         taken = int(np.abs(now.fit_knots - knot).argmin())
         if abs(now.fit_knots[taken] - knot) < 1.0:
-            raise InputError(
-                f"there is a contour at {now.pathway.at_s[taken]:.1f} mm already; resize or move that one."
-            )
-        around = [float(np.interp(self.at_mm, found.s, column)) for column in found.radius.T]
+            raise InputError(f"there is a contour at {now.at_mm[taken]:.1f} mm already; resize or move that one.")
+        around = [float(np.interp(s, found.s, column)) for column in found.radius.T]
         radii = tuple(around) if self.radius_mm is None else (self.radius_mm,)
         return (*contours, RouteContour(to_triple(fit.curve.position(knot)), radii))
 
 
 class ResizeContour(ContourEdit, frozen=True):
-    """Give the contour nearest to a place along the pathway another radius, or three and more around its centre.
+    """Give the contour nearest to a place along the way another radius, or three and more around its centre.
 
     radii_mm: in mm; of several the first is towards the spoke that is drawn, the others follow at equal angles.
     """
@@ -113,7 +111,7 @@ class ResizeContour(ContourEdit, frozen=True):
 
 
 class MoveContour(ContourEdit, frozen=True):
-    """Move the centre of the contour nearest to a place along the pathway; its neighbours go along. to: LPS mm."""
+    """Move the centre of the contour nearest to a place along the way; its neighbours go along. to: LPS mm."""
 
     title = "Move contour"
     rest = "POST /routes/{id}/contours/move"
@@ -126,7 +124,7 @@ class MoveContour(ContourEdit, frozen=True):
 
 
 class RemoveContour(ContourEdit, frozen=True):
-    """Remove the contour nearest to a place along the pathway, whether it was fitted or placed by hand."""
+    """Remove the contour nearest to a place along the way, whether it was fitted or placed by hand."""
 
     title = "Remove contour"
     rest = "POST /routes/{id}/contours/remove"

@@ -44,9 +44,13 @@ _MAKING = threading.Lock()  # one at a time: each takes two cores and up to a gi
 class RoutePath:
     """A route as it is driven.
 
+    All lengths are along the robot's way, the curve that its tip follows; in a lumen that moves, and on a fixed base,
+    that is the line of the pathway's centres.
+
     lumen: centreline, curve and pathway; snake: the whole robot; tissue: None where it is still.
     edited: its control contours, and which of them were placed by hand.
-    s_mm (n,), radius_mm (n,), wall_mm (n,): along the pathway, its least radius and the distance to the wall.
+    s_mm (n,), radius_mm (n,), wall_mm (n,): along the way, the pathway's least radius, and the distance from the
+    place of the centreline beside it to the wall.
     reach: how deep the robot comes, and what would come deeper. surface: of the pathway, at rest.
     base: (4, 4) transform_base_to_patient of a robot that stands there; None: it is inserted.
     """
@@ -75,8 +79,13 @@ class RoutePath:
 
     @property
     def length_mm(self) -> float:
-        """Of the pathway."""
-        return float(self.lumen.pathway.length)
+        """Of the way."""
+        return self.reach.path_mm
+
+    @property
+    def between_vertices_mm(self) -> float:
+        """By how much the robot can be deeper between its vertices, at which it is measured."""
+        return self.snake.between_vertices_mm(self.settings.vertices_per_link)
 
     @property
     def behind_mm(self) -> Array:
@@ -100,7 +109,7 @@ class RoutePath:
         """Where the tip of the robot comes to at most, (3,) LPS mm."""
         from vfix_engine.snake.conform.conforming import driven_curve  # slow to load
 
-        line = driven_curve(self.lumen.pathway.moved(None), self.lumen.curve)
+        line = driven_curve(self.lumen.pathway, self.lumen.curve)
         found: Array = np.asarray(line.position(self.reach.depth_mm))
         return found
 
@@ -250,6 +259,8 @@ def _fitted(mesh: TriangleMesh, route: Route) -> Lumen:
 
 def _path(mesh: TriangleMesh, route: Route, fit: Lumen) -> RoutePath:
     from vfix_engine.pathway.pathway_surface import pathway_surface
+    from vfix_engine.snake.conform.conforming import driven_curve
+    from vfix_engine.worlds.snake.by_hand import HandEdits
     from vfix_engine.worlds.snake.lumen import edited_lumen
     from vfix_engine.worlds.snake.reach import reach_of
 
@@ -257,14 +268,15 @@ def _path(mesh: TriangleMesh, route: Route, fit: Lumen) -> RoutePath:
     lumen, edited = edited_lumen(mesh, fit, hand_contours(route.contours), model)
     snake = lumen.snake(model, route.links)
     pathway = lumen.pathway
-    s = np.linspace(0.0, pathway.length, max(2, math.ceil(pathway.length / RADIUS_STEP_MM) + 1))
-    contours = pathway.moved(None).contours()
-    line = lumen.centreline
-    along = np.linspace(0.0, pathway.length, len(line.radius))  # the pathway's contours are about that line
+    way, contours = driven_curve(pathway, lumen.curve), pathway.moved(None).contours()
+    s = np.linspace(0.0, way.length, max(2, math.ceil(way.length / RADIUS_STEP_MM) + 1))
+    hand = HandEdits(edited, fit.pathway) if edited.changed else None
     return RoutePath(
         lumen, edited, snake, settings, pathway.motion, s,
-        np.interp(s, contours.s, contours.radius.min(axis=1)),
-        np.interp(s, along, line.radius),
-        reach_of(pathway, snake, settings, lumen.curve, lumen.slack, mesh=mesh),
+        np.interp(s, pathway.along(lumen.curve, contours.s), contours.radius.min(axis=1)),
+        lumen.beside_mm(way.position(s)),
+        reach_of(pathway, snake, settings, lumen.curve, lumen.slack, mesh=mesh, hand=hand,
+            middle=lumen.centreline,
+        ),
         pathway_surface(pathway.moved(None)),
     )  # fmt: skip

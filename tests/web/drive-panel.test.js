@@ -77,14 +77,18 @@ test("a lens at the wall or behind it is told, with how deep", () => {
 });
 
 test("a robot that is too thick for its route cannot start, and a thinner one is offered", () => {
-  const path = /** @type {any} */ ({ state: "ready", limit: "narrow", least_mm: 5, reach_mm: 392, offers: [{ links: 62, length_mm: 14, radius_mm: 4, bound_mm: null }] });
+  const path = /** @type {any} */ ({ state: "ready", limit: "narrow", least_mm: 5, reach_mm: 392, by_hand_mm: null, offers: [{ links: 62, length_mm: 14, radius_mm: 4, bound_mm: null }] });
   const route = /** @type {any} */ ({ radius_mm: 6, entry: [0, 0, 0], end: [0, 0, 1] });
   assert.equal(tooNarrow(path, route), path);
   assert.equal(tooNarrow({ ...path, limit: "end" }, { ...route, radius_mm: 4 }), null);
   assert.deepEqual(tooNarrow({ ...path, limit: "bound" }, route)?.limit, "bound", "what holds it before does not make it fit");
   const { panel, state, sent } = driving();
   Object.assign(state, { route, route_path: path, rehearsal: { state: "ready", mine: true } });
-  assert.match(String(panel.drive(state.rehearsal, route)), /Too narrow for this robot 392 mm in: radius 5\.0 mm/);
+  assert.match(String(panel.drive(state.rehearsal, route)), /Too narrow for this robot 392 mm in: radius 5\.0 mm\./);
+  assert.doesNotMatch(String(panel.drive(state.rehearsal, route)), /contour by hand/);
+  state.route_path.by_hand_mm = 401;
+  assert.match(String(panel.drive(state.rehearsal, route)), /The contour by hand at 401 mm does that\./);
+  state.route_path.by_hand_mm = null;
   listenerOf('id="take-offer"', "click")();
   assert.deepEqual(sent(), [["route.robot", { links: 62, length_mm: 14, radius_mm: 4 }]]);
 });

@@ -79,6 +79,7 @@ class EditedPathway:
 
     pathway: at rest. curve: the robot's, which goes along with contours that were moved.
     fit_knots: (C0,) arc lengths in mm of the control contours on the curve of the fit.
+    at_mm: (C0,) mm along the curve that the robot follows, see ``Pathway.along``.
     of_hand: (C0,) number of the contour placed by hand that a control contour is; −1: a fitted one.
     cut_mm: (C0,) by how much a radius was reduced so that it does not cross its neighbour.
     changed: whether any contour placed by hand counts.
@@ -88,35 +89,36 @@ class EditedPathway:
     pathway: Pathway
     curve: Curve
     fit_knots: Array
+    at_mm: Array
     of_hand: NDArray[np.int64]
     cut_mm: Array
     changed: bool
     left_out: tuple[int, ...] = ()
 
     def nearest(self, s_mm: float) -> int:
-        """Number of the control contour nearest to an arc length of the pathway.
+        """Number of the control contour nearest to a length along the curve that the robot follows.
 
         Raises:
-            PathwayError: a length that is not on the pathway.
+            PathwayError: a length that is not on it.
         """
-        at_s = self.pathway.at_s
-        if not 0.0 <= s_mm <= at_s[-1] + _APART_MM:
-            raise PathwayError(f"{s_mm:g} mm are not on the way, which is {at_s[-1]:.0f} mm long")
-        return int(np.abs(at_s - s_mm).argmin())
+        if not 0.0 <= s_mm <= self.at_mm[-1] + _APART_MM:
+            raise PathwayError(f"{s_mm:g} mm are not on the way, which is {self.at_mm[-1]:.0f} mm long")
+        return int(np.abs(self.at_mm - s_mm).argmin())
 
 
 def with_hand_contours(fit: Pathway, curve: Curve, contours: Sequence[HandContour]) -> EditedPathway:
     """Put contours placed by hand among those of a fit.
 
     Args:
-        fit: the fitted pathway; its knots are arc lengths of ``curve``. Its motion does not count.
+        fit: the fitted pathway; its knots are arc lengths of ``curve``. Of its motion only counts whether there is one:
+            a robot in it follows the pathway's own centres.
         curve: the robot's. contours: of two in the place of one fitted contour the later counts.
 
     Raises:
         PathwayError: the first or the last contour is moved or left out, contours are too close or too far apart, or
             cross their neighbours even with radii of 1 mm.
     """
-    fit = fit.moved(None)
+    moves, fit = fit.motion is not None, fit.moved(None)
     assert fit.knots is not None
     knots, owner = fit.knots, np.full(len(fit.knots), -1)
     on_curve = [_on_curve(curve, contour) for contour in contours]
@@ -131,7 +133,8 @@ def with_hand_contours(fit: Pathway, curve: Curve, contours: Sequence[HandContou
         else:
             added.append((s, number))
     if not added and (owner < 0).all():
-        return EditedPathway(fit, curve, knots, owner, np.zeros(len(knots)), False, left_out)
+        at_mm = fit.along(None if moves else curve, fit.at_s)
+        return EditedPathway(fit, curve, knots, at_mm, owner, np.zeros(len(knots)), False, left_out)
     _check_ends(fit, contours, owner)
     at = np.concatenate([knots, [s for s, _ in added]])
     of_hand = np.concatenate([owner, [number for _, number in added]]).astype(np.int64)
@@ -140,7 +143,7 @@ def with_hand_contours(fit: Pathway, curve: Curve, contours: Sequence[HandContou
     close = np.flatnonzero(np.diff(at) < _APART_MM)
     if len(close):
         raise PathwayError(f"two contours lie at the same place, {at[close[0]]:.1f} mm along the way; move one away")
-    return _edited(fit, curve, contours, at, of_hand, left_out)
+    return _edited(fit, curve, contours, at, of_hand, left_out, moves)
 
 
 def _on_curve(curve: Curve, contour: HandContour) -> float | None:
@@ -167,6 +170,7 @@ def _edited(
     at: Array,
     of_hand: NDArray[np.int64],
     left_out: tuple[int, ...],
+    moves: bool,
 ) -> EditedPathway:
     """The pathway of the control contours at the arc lengths (K,) of the curve, each fitted or placed by hand."""
     assert fit.knots is not None
@@ -185,7 +189,8 @@ def _edited(
     first = fit.contours().first[0]
     pathway = uncrossed(Interpolation(knots, pieces * (len(at) - 1) + 1), centre, radius, first, LEAST_MM)
     cut = np.maximum(radius - pathway.radius, 0.0).max(axis=1)
-    return EditedPathway(pathway, driven, at, of_hand, np.where(cut > _CUT_MM, cut, 0.0), True, left_out)
+    at_mm = pathway.along(None if moves else driven, pathway.at_s)
+    return EditedPathway(pathway, driven, at, at_mm, of_hand, np.where(cut > _CUT_MM, cut, 0.0), True, left_out)
 
 
 def _shifts(at: Array, fitted: Array, moved: Sequence[Array | None]) -> Array:
@@ -199,7 +204,7 @@ def _shifts(at: Array, fitted: Array, moved: Sequence[Array | None]) -> Array:
         if centre is None:
             continue
         shift = centre - place
-        spread = max(_LEAST_SPREAD_MM, np.pi * np.sqrt(0.5 * _BEND_MM * float(np.linalg.norm(shift))))
+        spread = spread_mm(float(np.linalg.norm(shift)))
         weight = 0.5 + 0.5 * np.cos(np.pi * np.minimum(np.abs(at - s) / spread, 1.0))
         total += weight[:, None] * shift
         weights += weight
@@ -209,6 +214,11 @@ def _shifts(at: Array, fitted: Array, moved: Sequence[Array | None]) -> Array:
         if centre is not None:
             shifts[number] = centre - fitted[number]
     return shifts
+
+
+def spread_mm(moved_mm: float) -> float:
+    """How far along the way contours go along with one that is moved by so much."""
+    return float(max(_LEAST_SPREAD_MM, np.pi * np.sqrt(0.5 * _BEND_MM * moved_mm)))
 
 
 def _around(radius: Array, angles: int) -> Array:

@@ -150,6 +150,18 @@ class Pathway:
         fine = Interpolation(self._between.knots, pieces + 1).places
         return Curve.through(spline_maps(self._between.knots, fine)[0] @ self._control(t)[0])
 
+    def along(self, curve: Curve | None, s: Array) -> Array:
+        """Arc lengths (n,) in mm of the curve that a robot follows, of arc lengths (n,) of the pathway at rest.
+
+        curve: along which the control contours were placed, as ``knots`` says. The spline through their centres has
+            another length. None, or a pathway that moves: the robot follows that spline itself.
+        """
+        if curve is None or self.motion is not None:
+            return s
+        knots = self._between.knots - self._between.knots[0]
+        found: Array = np.interp(s, self.at_s, knots * (curve.length / knots[-1]))
+        return found
+
     def window(self, s_low: float, s_high: float) -> tuple[int, int]:
         """Segments [first, last) of ``packed`` that the arc from s_low to s_high mm meets, and one more on each side.
 

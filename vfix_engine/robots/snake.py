@@ -14,7 +14,7 @@ from ..validate import rigid_transform
 from .joints import MOST_JOINTS, Joint, Mount, Visual
 from .model import RobotModel
 from .snake_kernel import snake_frames, snake_jacobian
-from .snake_surface import LinkVertices, link_vertices
+from .snake_surface import LinkVertices, between_vertices_mm, link_vertices
 
 JOINT_SPEED = math.radians(36.0)  # [rad/s] Kwok 2013, Table II
 JOINT_TORQUE = 0.0756  # [N·m] Kwok 2013, Table II
@@ -172,6 +172,10 @@ class SnakeModel:
     def vertices(self, count: int = 500) -> LinkVertices:
         """Return exactly ``count`` vertices of the surface (Kwok 2013, section IV.B: 500 for five links)."""
         return link_vertices(self.links, count, self.length_mm, self.radius_mm, self.sphere_mm)
+
+    def between_vertices_mm(self, each: int) -> float:
+        """By how much the surface between ``each`` vertices a link can be deeper than these; ``snake_surface``."""
+        return between_vertices_mm(each, self.length_mm, self.radius_mm, self.sphere_mm)
 
     def distal(self, links: int) -> SnakeModel:
         """Return the last ``links`` links as a snake: L' of Kwok 2013, section III.B.1.

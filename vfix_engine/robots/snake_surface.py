@@ -19,6 +19,7 @@ from ..geometry.mesh import TriangleMesh
 
 _GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))  # [rad] between points of a Fibonacci spiral
 MOST_VERTICES = 10_000_000  # 240 MB of coordinates
+_FEWEST = 8  # vertices of a link that have a convex hull
 DENSE = 40  # places of a mesh for each vertex that is selected
 
 
@@ -46,6 +47,32 @@ def link_vertices(links: int, count: int, length_mm: float, radius_mm: float, sp
     each = count // links
     few = _one_link(each, length_mm, radius_mm, sphere_radius_mm)
     return _of_links(few, _one_link(each + 1, length_mm, radius_mm, sphere_radius_mm), links, count)
+
+
+@lru_cache(maxsize=16)
+def between_vertices_mm(each: int, length_mm: float, radius_mm: float, sphere_radius_mm: float) -> float:
+    """By how much a snake with ``each`` vertices a link can be deeper between them than at them, in a convex lumen.
+
+    The depth is then a convex function, so it is largest where a sphere or a cylinder touches a plane from inside, and
+    a vertex is less deep by at most the difference of their extents in the direction of that plane's normal. Of the
+    rear ends, which lie in the link before, it does not speak.
+
+    Returns:
+        mm: the largest such difference over all directions. The extent of the vertices is least at normals of their
+        convex hull, or at the border of those directions, of which 7,200 are tried.
+    """
+    from scipy.spatial import ConvexHull  # imported here: slow to load
+
+    if each < _FEWEST:
+        return sphere_radius_mm  # the pole alone is less deep by no more
+    points = _one_link(each, length_mm, radius_mm, sphere_radius_mm)
+    lowest = -math.sqrt(max(sphere_radius_mm**2 - radius_mm**2, 0.0)) / sphere_radius_mm  # z of a normal at the waist
+    facets = ConvexHull(points).equations
+    turn = np.linspace(0.0, 2.0 * math.pi, 7200, endpoint=False)
+    across = math.sqrt(1.0 - lowest * lowest)
+    border = np.column_stack([across * np.cos(turn), across * np.sin(turn), np.full(len(turn), lowest)])
+    extents = np.append(-facets[facets[:, 2] >= lowest, 3], (points @ border.T).max(axis=0).min())
+    return float(sphere_radius_mm - extents.min())
 
 
 def mesh_vertices(mesh: TriangleMesh, links: int, count: int) -> LinkVertices:

@@ -19,6 +19,8 @@ const WITHOUT = "Without the certificate: nothing keeps the robot in its pathway
 const HELP = "Manual: the paper’s ‘without’. Left and right, up and down turn one of the last two universal joints, the others follow the centreline. "
   + "Guided: the paper’s ‘with’. Forces on the hand, and no bound that holds; joints still have their range and speed, and in moving tissue the robot waits for the tissue. Without a force device the pull yields to the force. "
   + "Certified: ours. Every motion is certified to stay in the pathway, and stopped at its limit. Another arm ends the run, and the next begins at the entry.";
+/** @param {SnakeView | null | undefined} snake */
+const betweenHelp = (snake) => (snake?.behind ? ` Between its vertices a link can be ${fixed(snake.behind.between_mm, 1)} mm deeper than measured.` : "");
 /** @type {[NonNullable<DriveOptionsView["preset"]> | "", string][]} */
 const PRESETS = [["", "Default"], ["kwok2013", "Kwok 2013"]];
 const PRESET_HELP = "Printed parameters of the paper: its polar Hermite surface through four control bends, in place of our control that turns the view. "
@@ -48,7 +50,7 @@ export function controlGroup(connection, options, snake, running) {
   return titled("Arm", null, html`
     <div class="segmented devices" role="group" aria-label="Arm">${ARM_NAMES.map((name) => html`<button type="button" data-arm=${name}
       aria-pressed=${String(name === arm)} ?disabled=${!open} @click=${() => connection.send("drive.arm", { arm: name })}>${ARMS[name][0]}</button>`)}</div>
-    ${hintLine("arm-words", ARMS[arm][1], HELP)}
+    ${hintLine("arm-words", ARMS[arm][1], arm === "certified" ? `${HELP}${betweenHelp(snake)}` : HELP)}
     ${arm === "certified" && snake?.behind ? behindLine("certified-words", behindWords(snake.behind, snake.behind.bound_mm)) : nothing}
     ${arm === "certified" ? nothing : html`<p class="words uncertified" id="uncertified" role="status">${WITHOUT}</p>`}
     ${arm === "manual" ? joints(connection, snake, running) : nothing}

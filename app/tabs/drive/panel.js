@@ -125,12 +125,13 @@ export default class DrivePanel {
    * Why this robot cannot start, and one that can.
    * @param {RoutePathSection} path
    */
-  narrow({ reach_mm: depth, least_mm: least, offers: [offer] }) {
+  narrow({ reach_mm: depth, least_mm: least, by_hand_mm: contour, offers: [offer] }) {
     const take = () => {
       const { links, length_mm, radius_mm } = offer;
       this.connection.send("route.robot", { links, length_mm, radius_mm });
     };
-    return html`<p class="words caution" id="too-narrow">Too narrow for this robot ${fixed(depth ?? 0, 0)} mm in: radius ${fixed(least ?? 0, 1)} mm.</p>
+    const cause = contour === null ? nothing : html` The contour by hand at ${fixed(contour, 0)} mm does that.`;
+    return html`<p class="words caution" id="too-narrow">Too narrow for this robot ${fixed(depth ?? 0, 0)} mm in: radius ${fixed(least ?? 0, 1)} mm.${cause}</p>
       ${offer ? html`<button type="button" class="wide" id="take-offer" @click=${take}>Thinner robot</button>` : nothing}`;
   }
 

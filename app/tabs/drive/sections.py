@@ -41,12 +41,14 @@ class DriveOptionsView(TypedDict):
 class BehindWallView(TypedDict):
     """How much of the pathway's surface is behind the wall, and how deep at most: so deep can a certified link be.
 
-    bound_mm: by how much deeper, the largest bound of any link.
+    bound_mm: by how much deeper, the largest bound of any link; between_mm: by how much between the
+        vertices at which it is measured.
     """
 
     share: float
     depth_mm: float
     bound_mm: float
+    between_mm: float
 
 
 class DeepestLinkView(TypedDict):
@@ -57,7 +59,7 @@ class DeepestLinkView(TypedDict):
 
 
 class SnakeView(TypedDict):
-    """Figures of the snake robot. depth_mm: of the tip along the pathway; passed: the last landmark behind it, '' for
+    """Figures of the snake robot. depth_mm: of the tip along its way; passed: the last landmark behind it, '' for
     none.
 
     nearest: the link nearest to its bound, None while none is inside. bend: r of the bending links, 1 where they bend

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from app.drives.drive_record import DriveRecord
@@ -65,8 +67,12 @@ def behind_wall(path: RoutePath, drive: DriveSettings) -> BehindWallView | None:
     found = path.reach.behind_wall
     if found is None:
         return None
-    bound = round(path.bound_mm(drive), 2)
-    return {"share": round(found.outside, 4), "depth_mm": round(found.depth_mm[-1], 2), "bound_mm": bound}
+    return {
+        "share": round(found.outside, 4),
+        "depth_mm": round(found.depth_mm[-1], 2),
+        "bound_mm": round(path.bound_mm(drive), 2),
+        "between_mm": math.ceil(100.0 * path.between_vertices_mm) / 100.0,
+    }
 
 
 def _deepest(wall: RobotWall, snapshot: SnakeSnapshot) -> DeepestLinkView:

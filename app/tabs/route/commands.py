@@ -27,7 +27,7 @@ class PickRoutePlace(ClientMessage):
 
 
 class ChooseContour(ClientMessage):
-    """Choose the contour nearest to a place along the pathway, in mm; None: none of them."""
+    """Choose the contour nearest to a place along the way, in mm; None: none of them."""
 
     type: Literal["route.contour.choose"]
     at_mm: Annotated[float, Field(ge=0.0, le=1e4, allow_inf_nan=False)] | None

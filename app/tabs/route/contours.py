@@ -64,7 +64,7 @@ class ContourHand:
             near = int(away.argmin())
             if np.array_equal(knots, edited.fit_knots):  # the same contours: a move shifts what comes after it
                 near, away[number] = number, 0.0
-            self._chosen_mm = float(edited.pathway.at_s[near]) if away[near] < SAME_MM else None
+            self._chosen_mm = float(edited.at_mm[near]) if away[near] < SAME_MM else None
         self._hold()
 
     def _hold(self) -> None:
@@ -81,10 +81,10 @@ class ContourHand:
         """Number of the chosen control contour."""
         if self._edited is None or self._chosen_mm is None:
             return None
-        return int(np.abs(self._edited.pathway.at_s - self._chosen_mm).argmin())
+        return int(np.abs(self._edited.at_mm - self._chosen_mm).argmin())
 
     def choose(self, at_mm: float | None) -> None:
-        """Choose the contour nearest to a place along the pathway; None: none of them."""
+        """Choose the contour nearest to a place along the way; None: none of them."""
         self._chosen_mm, self._dragged, self._held = at_mm, None, None
         self._hold()
 
@@ -93,7 +93,7 @@ class ContourHand:
         if self._edited is None or self._chosen_mm is None:
             return False
         away = np.linalg.norm(self._edited.pathway.centre - place, axis=1)
-        self.choose(float(self._edited.pathway.at_s[away.argmin()]))
+        self.choose(float(self._edited.at_mm[away.argmin()]))
         return True
 
     def done(self, operation: object) -> None:
@@ -105,7 +105,7 @@ class ContourHand:
         """A drag of the chosen contour's ball; False where it is of something else."""
         if drag.item_id != CONTOUR or self.chosen is None or self._edited is None:
             return drag.item_id == CONTOUR
-        at_mm = float(self._edited.pathway.at_s[self.chosen])
+        at_mm = float(self._edited.at_mm[self.chosen])
         self._dragged = np.array(drag.position)
         if drag.phase == "end":
             self._dragged = None
@@ -156,7 +156,7 @@ def _view(edited: EditedPathway, number: int, behind: Array | None) -> ContourVi
     radii = pathway.radius[number]
     same = bool(np.ptp(radii) < 1e-9)
     return {
-        "at_mm": round(float(pathway.at_s[number]), 2),
+        "at_mm": round(float(edited.at_mm[number]), 2),
         "centre": [round(float(value), 2) for value in pathway.centre[number]],
         "radii_mm": [round(float(value), 2) for value in (radii[:1] if same else radii)],
         "by_hand": bool(edited.of_hand[number] >= 0),

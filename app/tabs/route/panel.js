@@ -23,6 +23,7 @@ const ENDS = [["entry", "Entry"], ["end", "End"]];
 const BOUND_HELP = "Empty: half the lumen’s radius, 8 mm at most.";
 const LINKS_HELP = "Empty: as many as the way needs.";
 const DEVIATION_HELP = "How far a link may lie outside the pathway: its largest deviation.";
+const LENGTH_HELP = "Along the way of the robot’s tip, shorter than the centreline.";
 /** What the planner takes of a robot. @type {["links" | "length_mm" | "radius_mm", string, number, number][]} */
 const ROBOT = [["links", "Links", 1, 120], ["length_mm", "Link, mm", 1, 100], ["radius_mm", "Radius, mm", 0.5, 30]];
 const BOUND_MM = /** @type {const} */ ([0.1, 50]);
@@ -206,12 +207,12 @@ function pathWords(path) {
   if (path.state === "computing") return html`<p class="words" id="route-state">Computing …</p>`;
   if (path.state === "failed") return html`<p class="words caution" id="route-state">${said(path.words)}</p>`;
   const facts = [
-    ["Length", `${fixed(path.length_mm, 0)} mm`],
+    ["Length", `${fixed(path.length_mm, 0)} mm`, LENGTH_HELP],
     ["Links", String(path.links)],
     ["Narrowest radius", `${fixed(path.least_mm, 1)} mm at ${fixed(path.least_at_mm, 0)} mm`],
     ["Tip reaches", `${fixed(path.reach_mm, 0)} mm`],
   ];
-  return html`<dl class="facts" id="route-facts">${facts.map(([term, value]) => html`<dt>${term}</dt><dd>${value}</dd>`)}</dl>
+  return html`<dl class="facts" id="route-facts">${facts.map(([term, value, help]) => html`<dt>${term}${help ? html` ${more(help)}` : ""}</dt><dd>${value}</dd>`)}</dl>
     ${path.behind_share === null || path.behind_mm === null ? "" : behindLine("behind-words", behindWords({ share: path.behind_share, depth_mm: path.behind_mm }, path.bound_mm))}
     <p class="plot-keys scene-keys"><span><i></i>Pathway in 3D</span>${path.limit === "end" ? "" : html`<span><i data-key="stop"></i>Tip stops</span>`}</p>
     <p class=${["narrow", "bound", "shape"].includes(path.limit) ? "words caution" : "words"} id="reach-words">${said(path.reach_words)}</p>`;

@@ -116,12 +116,13 @@ class ReachOfferView(TypedDict):
 
 
 class RoutePathSection(TypedDict):
-    """What was computed of the open route; lengths in mm.
+    """What was computed of the open route; lengths in mm, all along the way of the robot's tip.
 
-    words: why it failed. reach_mm: how deep the tip comes; limit, reach_words: what ends its way. offers: what would
-    come deeper. behind_share, behind_mm: how much of the pathway's surface is behind the wall, and how deep at most;
-    bound_mm: the largest bound of a link.
-    s_mm, radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
+    words: why it failed. length_mm: to the end. reach_mm: how deep the tip comes; limit, reach_words: what
+    ends its way. offers: what would come deeper. behind_share, behind_mm: how much of the
+    pathway's surface is behind the wall, and how deep at most; bound_mm: the largest bound of a link.
+    by_hand_mm: where the contour by hand is that makes it narrower than the robot; None: the lumen is, or it is not.
+    s_mm, radius_mm, wall_mm: along the way, the pathway's radius and the distance from the centreline to the wall.
     """
 
     state: Literal["none", "computing", "ready", "failed"]
@@ -137,6 +138,7 @@ class RoutePathSection(TypedDict):
     bound_mm: float | None
     least_mm: float | None
     least_at_mm: float | None
+    by_hand_mm: float | None
     s_mm: list[float]
     radius_mm: list[float]
     wall_mm: list[float]

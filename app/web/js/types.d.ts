@@ -728,12 +728,19 @@ export interface MarkKindView {
 }
 
 /**
- * What was computed of the open route; lengths in mm.
+ * What was computed of the open route; lengths in mm, all along the way of the robot's tip.
  *
+<<<<<<< HEAD
  * words: why it failed. reach_mm: how deep the tip comes; limit, reach_words: what ends its way. offers: what would
  * come deeper. behind_share, behind_mm: how much of the pathway's surface is behind the wall, and how deep at most;
  * bound_mm: the largest bound of a link.
  * s_mm, radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
+=======
+ * words: why it failed. length_mm: to the end. reach_mm: how deep the tip comes; limit, reach_words: what
+ * ends its way. offers: what would come deeper. behind_share, behind_mm: how much of the pathway's surface is behind the wall, and how deep at most.
+ * by_hand_mm: where the contour by hand is that makes it narrower than the robot; None: the lumen is, or it is not.
+ * s_mm, radius_mm, wall_mm: along the way, the pathway's radius and the distance from the centreline to the wall.
+>>>>>>> lumenplan
  */
 export interface RoutePathSection {
   state: "none" | "computing" | "ready" | "failed";
@@ -749,6 +756,7 @@ export interface RoutePathSection {
   bound_mm: number | null;
   least_mm: number | null;
   least_at_mm: number | null;
+  by_hand_mm: number | null;
   s_mm: number[];
   radius_mm: number[];
   wall_mm: number[];
@@ -1245,7 +1253,7 @@ export interface StageView {
 }
 
 /**
- * Figures of the snake robot. depth_mm: of the tip along the pathway; passed: the last landmark behind it, '' for
+ * Figures of the snake robot. depth_mm: of the tip along its way; passed: the last landmark behind it, '' for
  * none.
  *
  * nearest: the link nearest to its bound, None while none is inside. bend: r of the bending links, 1 where they bend
@@ -1294,11 +1302,16 @@ export interface LinkView {
 /**
  * How much of the pathway's surface is behind the wall, and how deep at most: so deep can a certified link be.
  *
+<<<<<<< HEAD
  * bound_mm: by how much deeper, the largest bound of any link.
+=======
+ * between_mm: by how much it can be deeper between the vertices at which it is measured.
+>>>>>>> lumenplan
  */
 export interface BehindWallView {
   share: number;
   depth_mm: number;
+<<<<<<< HEAD
   bound_mm: number;
 }
 
@@ -1306,6 +1319,9 @@ export interface BehindWallView {
 export interface DeepestLinkView {
   depth_mm: number;
   link: number;
+=======
+  between_mm: number;
+>>>>>>> lumenplan
 }
 
 /**
@@ -2342,7 +2358,7 @@ export interface JointPublic {
  * The score of a run in a lumen, see docs/metrics.md; lengths in mm, times in s, forces in N.
  *
  * completed: its task was done, or without one the tip came to the end of its way. depth_mm: its deepest place;
- * length_mm, reach_mm: of the pathway, and how far along it this robot can come; share: of length_mm. insertion_s:
+ * length_mm, reach_mm: of the robot's way, and how far along it this robot can come; share: of length_mm. insertion_s:
  * until the deepest place; withdrawal_s: from then until the tip was out, null where it was not. All from depth_mm on
  * are null on a fixed base, from which nothing is inserted. deviation: of the last links, nearest_mm: of the link
  * nearest to its bound, bound_mm: the largest bound that it had; all null in a run whose rows do not have them.

@@ -5,12 +5,14 @@ from __future__ import annotations
 import time
 from typing import Any
 
+import numpy as np
 import pytest
 from lumen_cases import RADIUS_MM, route_in, tube
 from rest_client import Client
 
 from app.lumen.document import ROUTE
 from app.services import Services
+from vfix_engine.errors import InputError
 
 
 def path_of(client: Client, address: str) -> Any:
@@ -107,6 +109,48 @@ def test_contours_of_another_way_are_left_out_and_come_back_with_it(phantom_serv
     path = paths.wait(thick)
     assert path.edited.of_hand.max() == 0
     assert path.reach.narrowest.radius_mm == pytest.approx(6.0, abs=0.1)
+
+
+def test_a_contour_that_makes_the_pathway_too_narrow_is_named_with_its_place(phantom_services: Services) -> None:
+    from app.lumen.contour_operations import ResizeContour
+    from app.lumen.operations import SPEC
+
+    paths, case = phantom_services.lumen_routes.paths, tube(phantom_services)
+    edited = ResizeContour(at_mm=70.0, radii_mm=(4.0,)).run(
+        SPEC.context(phantom_services), route_in(phantom_services, case).id
+    )
+    path = paths.wait(edited)
+    number = int(np.flatnonzero(path.edited.of_hand >= 0)[0])
+    at_mm = float(path.edited.at_mm[number])
+    assert at_mm == pytest.approx(70.0, abs=3.0)
+    named = f"contour {number + 1} of 50, placed by hand at {at_mm:.0f} mm, makes the pathway narrower than the robot"
+    assert path.reach.limit == "narrow"
+    assert path.reach.words.startswith(named)
+    assert path.reach.narrowest.by_hand is not None
+    with pytest.raises(InputError, match="enlarge that contour, move it or remove it"):
+        path.reach.narrowest.refuse(path.snake)
+    with pytest.raises(InputError, match=named):
+        path.reach.narrowest.refuse(path.snake)
+    # A robot that is thicker than the tube itself is not the contour's fault.
+    content = {"contours": edited.content.contours, "radius_mm": 16.0, "length_mm": 40.0}
+    thick = paths.wait(route_in(phantom_services, case, **content))
+    assert thick.reach.words.startswith("the pathway is narrower than the robot's 16 mm")
+
+
+def test_a_robot_held_at_a_contour_by_hand_is_told_of_it(phantom_services: Services) -> None:
+    """A narrow way moved aside by 14 mm: no shape of links of 40 mm keeps their bound there."""
+    from app.lumen.contour_operations import MoveContour, ResizeContour
+    from app.lumen.operations import SPEC
+
+    paths, case = phantom_services.lumen_routes.paths, tube(phantom_services)
+    route = route_in(phantom_services, case, length_mm=40.0, links=3, bound_mm=0.1)
+    context = SPEC.context(phantom_services)
+    for at_mm in range(45, 97, 2):
+        ResizeContour(at_mm=float(at_mm), radii_mm=(6.5,)).run(context, route.id)
+    path = paths.wait(MoveContour(at_mm=70.0, to=(14.0, 0.0, 80.0)).run(context, route.id))
+    assert path.reach.limit in ("bound", "shape")
+    assert path.reach.words.endswith("is there")
+    assert "placed by hand at" in path.reach.words
 
 
 def test_a_route_that_was_stored_before_has_no_contours_by_hand() -> None:

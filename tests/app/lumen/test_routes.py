@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from lumen_cases import END, ENTRY, RADIUS_MM, route_in, tube
+from lumen_cases import END, ENTRY, RADIUS_MM, route_in, tube, winding_line, winding_mesh
 from rest_client import Client
 
 from app.cases.kinds import KINDS
@@ -133,6 +133,32 @@ def test_what_is_computed_depends_on_the_route_alone_and_not_on_its_name(phantom
     assert breathing.tissue is not None
     assert [len(ring) for ring in first.rings()] == [25] * len(first.rings())
     assert len(first.rings()) >= 8
+
+
+@pytest.mark.parametrize("breathing_mm", [0.0, 5.0])
+def test_all_lengths_of_a_route_are_along_the_way_of_its_robot(
+    client: Client, phantom_services: Services, breathing_mm: float
+) -> None:
+    """In a winding tube the centreline, the way and the line of the pathway's centres have three lengths."""
+    services, line = phantom_services, winding_line()
+    ends = {"entry": tuple(line[8].tolist()), "end": tuple(line[-9].tolist())}
+    route = route_in(services, tube(services, winding_mesh()), links=None, breathing_mm=breathing_mm, **ends)
+    path = services.lumen_routes.paths.wait(route)
+    told = client.get(f"/api/v1/routes/{route.id}/path").json()
+    lumen = path.lumen
+    way = lumen.curve if breathing_mm == 0.0 else lumen.pathway.moved(None).curve()
+    contours = told["contours"]
+    lengths = [told["length_mm"], told["s_mm"][-1], contours[-1]["at_mm"], told["reach_mm"]]
+    np.testing.assert_allclose(lengths, way.length, atol=0.02)
+    assert told["limit"] == "end"
+    assert told["centreline_mm"] == pytest.approx(lumen.centreline.curve.length)
+    assert told["centreline_mm"] > told["length_mm"] + 3.0
+    found = [way.closest(one["centre"]) for one in contours]
+    np.testing.assert_allclose([one["at_mm"] for one in contours], found, atol=0.6)
+    assert way.position(told["least_at_mm"]) == pytest.approx(path.reach.narrowest.at_lps, abs=1.0)
+    # The tube is as wide everywhere but before its closed ends.
+    np.testing.assert_allclose(np.array(told["wall_mm"])[3:-3], RADIUS_MM, atol=1.5)
+    assert client.post(f"/api/v1/routes/{route.id}/contours", json={"at_mm": way.length + 5.0}).status_code == 422
 
 
 def test_a_robot_that_is_wider_than_the_lumen_is_told_how_far_it_comes(phantom_services: Services) -> None:

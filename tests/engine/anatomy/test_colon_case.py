@@ -62,7 +62,7 @@ def test_the_usual_robot_fits_through_the_usual_colon_and_the_thin_one_through_b
     for model, fits in ((SnakeModel(30), not hard), (HALF_LINKS, True)):
         lumen = lumen_between(case.mesh, case.start, case.end, model, DriveSettings())
         assert lumen.centreline.curve.length == pytest.approx(case.course.curve.length, rel=0.03)
-        found = narrowest(lumen.pathway, model, None, min(lumen.curve.length, model.reach_mm()))
+        found = narrowest(lumen.pathway, model, None, min(lumen.curve.length, model.reach_mm()), lumen.curve)
         assert (found.first is None) == fits
         if not fits:
             assert found.first is not None

@@ -68,6 +68,20 @@ def test_where_there_is_no_room_the_curve_stays():
     assert chord_turns(found).max() < chord_turns(line).max()
 
 
+def test_a_nearer_curve_leaves_the_slack_less():
+    """Half turns of 12 mm radius, whose middle no curve of such links keeps to: what counts more is given up less."""
+    turn = np.linspace(0.0, math.pi, 40)
+    half = np.column_stack([24.0 - 12.0 * np.cos(turn) - 12.0, 0.0 * turn, 12.0 * np.sin(turn)])
+    back = np.column_stack([48.0 - 12.0 * np.cos(turn) - 12.0, 0.0 * turn, -12.0 * np.sin(turn)])
+    before = np.column_stack([0.0 * turn, 0.0 * turn, np.linspace(-60.0, -1.0, 40)])
+    line = Curve.through(np.concatenate([before, half, back[1:]]))
+    radius = np.full(len(line.points), 11.0)
+    off = [away(followable((line, radius), SNAKE, nearness=much).points, line).max() for much in (1.0, 2.0, 4.0)]
+    assert off[0] > off[1] > off[2]
+    with pytest.raises(PathwayError, match="nearness"):
+        followable((line, radius), SNAKE, nearness=0.0)
+
+
 def test_what_is_no_lumen_is_refused():
     line = zigzag()
     with pytest.raises(PathwayError, match="as many finite radii"):

@@ -3,7 +3,8 @@
 Joints of ± 45° behind links of 28 mm follow a bend of 36 mm radius and none that is sharper, and the folds of a colon
 are sharper. The centreline wiggles from fold to fold on top of that. So a curve is looked for that stays in the slack
 which the robot has about the centreline and turns little from chord to chord, at every phase of the chain; both are
-soft, since no curve inside a colon keeps the turns. Gauss-Newton on a banded normal matrix, damped.
+soft, since no curve inside a colon keeps the turns; ``nearness`` says how much the slack counts. Gauss-Newton on a
+banded normal matrix, damped.
 """
 
 from __future__ import annotations
@@ -32,7 +33,10 @@ _GAIN = 1e-6  # share of the cost below which a turn is the last
 
 
 def followable(
-    centreline: Centreline | tuple[Curve, ArrayLike], snake: SnakeModel, turn: float = math.radians(52.0)
+    centreline: Centreline | tuple[Curve, ArrayLike],
+    snake: SnakeModel,
+    turn: float = math.radians(52.0),
+    nearness: float = 1.0,
 ) -> Curve:
     """A curve near the centreline, from its start to its end, that the snake's joints can follow as far as one exists.
 
@@ -43,14 +47,18 @@ def followable(
         centreline: the lumen's, or a curve with its radii (N,) in mm.
         snake: its length and radius of a link count.
         turn: rad between two chords of a link's length above which a turn is to be made less.
+        nearness: weight of a mm beyond the slack; with more than 1 the curve leaves the middle less and turns more, and
+            the search begins nearer to the centreline.
 
     Raises:
-        PathwayError: radii that do not belong to the curve or are not finite, a turn that is not positive, or a curve
-            shorter than three links.
+        PathwayError: radii that do not belong to the curve or are not finite, a turn or a nearness that is not
+            positive, or a curve shorter than three links.
     """
     line, radius = _checked(centreline)
     if not (math.isfinite(turn) and turn > 0.0):
         raise PathwayError(f"a turn of {turn} rad: give a finite, positive angle")
+    if not (math.isfinite(nearness) and nearness > 0.0):
+        raise PathwayError(f"a nearness of {nearness}: give a finite, positive weight")
     chord = snake.length_mm
     if line.length < 3.0 * chord:
         raise PathwayError(
@@ -62,16 +70,17 @@ def followable(
     centre = line.position(at)
     slack = np.interp(at, np.arange(len(radius)) * line.step_mm, radius) - snake.radius_mm
     slack = np.maximum(_smoothed(slack[:, None], 2.0)[:, 0], _LEAST_SLACK)
-    begin = smoothed_between_ends(centre, _SMOOTH / _SAMPLE)
+    begin = smoothed_between_ends(centre, _SMOOTH / _SAMPLE / nearness)
     points = Curve.through(begin, chord / _LINKS).points.copy()
-    return Curve.through(_settled(points, centre, slack, chord, turn))
+    return Curve.through(_settled(points, centre, slack, chord, turn, nearness))
 
 
-def _settled(points: Array, centre: Array, slack: Array, chord: float, turn: float) -> Array:
+def _settled(points: Array, centre: Array, slack: Array, chord: float, turn: float, nearness: float) -> Array:
     """The points (n, 3) moved until the squares are least."""
     weights = np.empty(5)
     weights[TURN], weights[BEND], weights[CURVE], weights[SPACE] = _TURN_SHARE * chord, 10.0, 0.5, 1.0
     weights[TETHER] = 0.1
+    weights /= nearness  # of the slack, whose own weight is 1
     places = np.round(np.linspace(0, len(centre) - 1, len(points))).astype(np.int64)
     band, gradient = np.empty((BAND, points.size)), np.empty(points.size)
     columns, values = np.empty(15, np.int64), np.empty(15)

@@ -26,7 +26,7 @@ class LumenSamples:
 
     first: index of the first one in the run; t, period_s: (n,) driven time at the end of each control period, and its
         length, s.
-    depth: (n,) mm, arc length of the tip along the pathway; tip: (n, 3). q: (n, 2L) rad, base: (n, 3, 4).
+    depth: (n,) mm, arc length of the tip along its way; tip: (n, 3). q: (n, 2L) rad, base: (n, 3, 4).
     outside: (n, m) mm, depth of each of the last links outside the pathway, 0 inside (Kwok 2013, eq. 9, a_i = 0);
         m = 0 in a run recorded before rows had them.
     beyond: (n,) mm, the most that any link is beyond its bound b_i, negative within it and −∞ while none is inside.

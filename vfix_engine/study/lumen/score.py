@@ -30,8 +30,8 @@ class LumenScore:
 
     arm: 'manual', 'guided' or 'certified'; certified: whether every motion was. completed: its task was done, or
     without one the tip came to the end of its way. depth_mm to withdrawal_s: None on a fixed base, from
-    which nothing is inserted. depth_mm: its deepest place; length_mm, reach_mm: of the lumen's pathway, and how far
-    along it this robot can come; share: of the pathway's length. insertion_s: until the deepest place; withdrawal_s:
+    which nothing is inserted. depth_mm: its deepest place; length_mm, reach_mm: of the way that its tip follows,
+    and how far along it this robot can come; share: of that length. insertion_s: until the deepest place; withdrawal_s:
     from then until the tip is out, None where it was not drawn back so far. deviation: None of a run whose rows do not
     have it. nearest_mm: deviation of the link nearest to its bound, over the samples with a link inside; None as there.
     beyond_bound_mm: the most that a link was beyond its bound, 0 for none. bound_mm: the largest bound of the link

@@ -18,7 +18,7 @@ from .samples import LumenSamples, lumen_samples_of
 class LumenSeries:
     """A run from its last return to the start on, n samples; patient frame, LPS mm.
 
-    t: (n,) s. depth: (n,) mm, of the tip along the pathway; speed: (n,) mm/s, of the insertion since the sample before.
+    t: (n,) s. depth: (n,) mm, of the tip along its way; speed: (n,) mm/s, of the insertion since the sample before.
     chain: (n, L + 1, 3) centres of the joints from the base on, last the tip; radius_mm: of a link.
     eye, shaft, side: (n, 3) of the camera: its place, the way it looks, and up in its picture.
     deviation, bound, link: (n,) of the link nearest to its bound; beyond: (n,) mm beyond it, negative within it.

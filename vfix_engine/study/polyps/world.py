@@ -89,7 +89,7 @@ def polyp_world(
     checked_tip(snake, curve.length, 0.0, longer_allowed=False)  # refused before the long part
     reach = min(curve.length, snake.reach_mm())
     if not anyway:
-        narrowest(lumen.pathway, snake, settings.bound_mm, reach).refuse(snake)
+        narrowest(lumen.pathway, snake, settings.bound_mm, reach, lumen.curve, middle=lumen.centreline).refuse(snake)
     bending_mm = settings.manipulated * snake.length_mm
     way_of(landmarks, curve, reach, bending_mm)  # as above
     say("what of the wall this robot can view")

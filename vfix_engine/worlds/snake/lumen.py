@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from ...anatomy.lumen.centreline import Centreline, centreline_between
 from ...anatomy.lumen.free_radius import free_radius
 from ...arrays import Array
+from ...errors import PathwayError
 from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
 from ...pathway.fit import fit_pathway
@@ -23,6 +24,8 @@ from ...snake.conform.follow import followable
 from .settings import DriveSettings
 
 FAR_MARK_MM = 60.0  # a landmark farther from the robot's curve is not on its way
+_NEARNESS = 1.0, 2.0, 4.0  # of the followable curve to the middle, one after the other
+_BESIDE_MM = 40.0  # of the centreline, for two places on the way that are some mm apart
 _STATION_MM = 0.4  # between two positions at which the width of the surface is measured
 _ROOM_MM = 1.0  # more than the robot's radius: a larger width is not measured
 _MOST_SLACK_MM = 4.0  # one that uses more of a wide section reaches a narrow one in the wrong orientation
@@ -39,6 +42,14 @@ class Lumen:
     curve: Curve
     slack: Array
     pathway: Pathway
+
+    def beside_mm(self, places: Array) -> Array:
+        """Distances (n,) in mm to the wall from the places of the centreline beside places (n, 3) along the way."""
+        line, at = self.centreline.curve, np.zeros(len(places) + 1)
+        for number, place in enumerate(places):  # each near the one before: another limb may be nearer
+            at[number + 1] = line.closest(place, at[number], _BESIDE_MM)
+        found: Array = np.interp(at[1:], np.arange(len(line.points)) * line.step_mm, self.centreline.radius)
+        return found
 
     def snake(self, model: SnakeModel, links: int | None) -> SnakeModel:
         """A robot of ``links`` of the model's links; None: as many as the path to the end needs.
@@ -69,11 +80,46 @@ def lumen_between(
         PathwayError: as ``centreline_between`` and ``fit_pathway``.
     """
     centreline = centreline_between(mesh, start, end)
-    curve = followable(centreline, snake)
-    pathway = fit_pathway(
-        mesh, curve, settings.contours, settings.interpolated, settings.angles, quantile=settings.quantile
-    )
+    curve, pathway = _wide_enough(mesh, centreline, snake, settings)
     return _lumen(mesh, centreline, curve, pathway, snake, tissue)
+
+
+def _wide_enough(
+    mesh: TriangleMesh, centreline: Centreline, snake: SnakeModel, settings: DriveSettings
+) -> tuple[Curve, Pathway]:
+    """The followable curve and its pathway, nearer to the middle where that makes the pathway wide enough.
+
+    A curve that rounds bends leaves the middle, and where it comes near the wall, or turns more sharply than the
+    contours around it are wide, these are narrower than the robot although the lumen is not. Then the slack of the
+    curve is given more weight, as a penalty method does with a constraint that is not kept yet.
+    """
+    best, least = None, math.inf
+    for nearness in _NEARNESS:
+        curve = followable(centreline, snake, nearness=nearness)
+        try:
+            pathway = fit_pathway(
+                mesh, curve, settings.contours, settings.interpolated, settings.angles, quantile=settings.quantile
+            )
+        except PathwayError:
+            if best is None and nearness == _NEARNESS[-1]:
+                raise
+            continue
+        narrow = _narrow_mm(centreline, pathway, snake)
+        if narrow < least:
+            best, least = (curve, pathway), narrow
+        if narrow == 0.0:
+            break
+    assert best is not None
+    return best
+
+
+def _narrow_mm(centreline: Centreline, pathway: Pathway, snake: SnakeModel) -> float:
+    """Along how many mm of it a pathway is narrower than the robot where the lumen about its middle is not."""
+    contours, line = pathway.contours(), centreline.curve
+    narrow = np.flatnonzero(contours.radius.min(axis=1) < snake.sphere_mm)
+    at = np.array([line.closest(place) for place in contours.centre[narrow]])
+    radius = np.interp(at, np.arange(len(line.points)) * line.step_mm, centreline.radius)
+    return float(np.gradient(contours.s)[narrow][radius >= snake.sphere_mm].sum())
 
 
 def edited_lumen(
@@ -125,7 +171,8 @@ def _wall_radius(mesh: TriangleMesh, curve: Curve | None, pathway: Pathway, snak
 
 def _slack(curve: Curve, pathway: Pathway, snake: SnakeModel) -> Array:
     """How far the robot may leave the curve: the lumen's least radius there less the robot's, with an upper limit."""
-    at = np.linspace(0.0, pathway.length, len(curve.points))
+    assert pathway.knots is not None
+    at = np.interp(np.arange(len(curve.points)) * curve.step_mm, pathway.knots, pathway.at_s)
     radius = np.interp(at, pathway.s, pathway.contours().radius.min(axis=1))
     radius = np.minimum(radius, pathway.narrowest_between(at, at))
     found: Array = np.clip(radius - snake.radius_mm, 0.0, _MOST_SLACK_MM)

@@ -12,6 +12,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from ...anatomy.lumen.centreline import Centreline
 from ...arrays import Array
 from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
@@ -20,6 +21,7 @@ from ...pathway.pathway import Pathway
 from ...robots.snake import SnakeModel
 from ...snake.conform.conforming import driven_curve
 from ...validate import point_text
+from .by_hand import HandEdits
 from .narrow import Narrowest, narrowest
 from .offline.operators import inserted
 from .offline.snake_drive import SnakeDrive
@@ -50,9 +52,10 @@ class ReachOffer:
 class Reach:
     """How deep a robot comes.
 
-    depth_mm: of its tip along the path, of ``path_mm``. limit: what ends it there: the path's 'end', too few 'links', a
-    'narrow' place, the 'bound' of a link, or no 'shape' that conforms; words: the same for people. at_lps: (3,) LPS mm,
-    the place it is held at: the narrow place, the vertex beyond its bound, or the tip.
+    depth_mm: of its tip along the curve that it follows (``driven_curve``), of ``path_mm``. limit: what ends it there:
+    the path's 'end', too few 'links', a 'narrow' place, the 'bound' of a link, or no 'shape' that conforms; words:
+    the same for people. at_lps: (3,) LPS mm, the place it is held at: the narrow place, the vertex beyond its bound, or
+    the tip.
     narrowest: of the pathway, up to the target. offers: what would come deeper, the deepest first.
     behind_wall: how much of the pathway's surface is outside the lumen; None: no surface was given. A link within its
     bound there can be so deep behind the wall.
@@ -86,19 +89,25 @@ def reach_of(
     *,
     mesh: TriangleMesh | None = None,
     offers: bool = True,
+    hand: HandEdits | None = None,
+    middle: Centreline | None = None,
 ) -> Reach:
     """How deep a snake comes into a pathway at rest; takes about a second for 30 links, up to ten where it is held.
 
     Args:
-        pathway: of the lumen; its motion does not count. snake: the whole robot. settings: bounds and pathway.
+        pathway: of the lumen, which is tried at rest. snake: the whole robot. settings: bounds and pathway.
         curve, slack: as for ``SnakeDrive``.
         mesh: the lumen's surface, for ``behind_wall``. offers: whether to look for what would come deeper.
+        hand, middle: as for ``narrowest``, for the words of a narrow place.
 
     Raises:
         InputError, PathwayError: as ``SnakeDrive``.
     """
-    settings, pathway = settings or DriveSettings(), pathway.moved(None)
-    try_out = _TryOut(pathway, settings, curve, slack, driven_curve(pathway, curve))
+    settings, line = settings or DriveSettings(), driven_curve(pathway, curve)
+    if line is not curve:  # a robot in moving tissue follows the pathway's own centres, and so it does here
+        curve = slack = None
+    pathway = pathway.moved(None)
+    try_out = _TryOut(pathway, settings, curve, slack, line, hand, middle)
     found, narrow = try_out.of(snake, settings.bound_mm)
     return Reach(
         found.depth_mm, try_out.line.length, found.limit, found.words, found.at_lps, narrow,
@@ -121,18 +130,21 @@ class _TryOut(NamedTuple):
     curve: Curve | None
     slack: Array | None
     line: Curve
+    hand: HandEdits | None = None
+    middle: Centreline | None = None
 
     def of(self, snake: SnakeModel, bound_mm: float | None) -> tuple[_Found, Narrowest]:
         """How deep a robot comes under a bound, and the narrowest place on its way."""
         length = self.line.length
         target = min(length, snake.reach_mm())
-        narrow = narrowest(self.pathway, snake, bound_mm, target)
+        narrow = narrowest(self.pathway, snake, bound_mm, target, self.curve, self.hand, self.middle)
         free = target if narrow.first is None else 0.0 if narrow.free is None else narrow.free.at_mm
         came_mm, held = self._inserted(snake, bound_mm, min(target, free))
         if held is not None:
-            return _Found(came_mm, *held), narrow
+            limit, words, at_lps = held
+            return _Found(came_mm, limit, words + self._by_hand(at_lps), at_lps), narrow
         if (first := narrow.first) is not None:
-            words = f"the pathway is narrower than the robot's {narrow.robot_mm:g} mm: its radius is {first.words}"
+            words = f"{narrow.subject} narrower than the robot's {narrow.robot_mm:g} mm: its radius is {first.words}"
             return _Found(came_mm, "narrow", words, first.at_lps), narrow
         place = self._place(came_mm)
         if target < length - _SAME_MM:
@@ -200,6 +212,13 @@ class _TryOut(NamedTuple):
             words = f"{held.held_by}, near {point_text(held.held_at)}"
             return depth, ("bound", words, (x, y, z))
         return depth, ("shape", held.held_by or "no shape of the robot conforms to the path there", self._place(depth))
+
+    def _by_hand(self, at_lps: tuple[float, float, float]) -> str:
+        """Which contour placed by hand is where a robot is held, in words; '' for none."""
+        if self.hand is None:
+            return ""
+        number = self.hand.reaching(self.pathway.curve().closest(at_lps))
+        return "" if number is None else f"; {self.hand.named(number).words}, is there"
 
     def _place(self, s: float) -> tuple[float, float, float]:
         x, y, z = np.asarray(self.line.position(s)).tolist()

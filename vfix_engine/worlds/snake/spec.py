@@ -143,10 +143,10 @@ class SnakeSystemSpec:
             PathwayError: the lumen gives no pathway, or is narrower than the robot.
             InputError: a robot, settings or start that do not fit it.
         """
-        pathway, curve, slack = self._parts()
+        pathway, curve, slack, given = self._parts()
         settings = self.settings.of_drive(self.drive)
         if not self.anyway:
-            narrowest(pathway, self.snake, None, min(curve.length, self.snake.reach_mm())).refuse(self.snake)
+            narrowest(pathway, self.snake, None, min(curve.length, self.snake.reach_mm()), given).refuse(self.snake)
         start = start_of(
             self.snake, pathway, settings, curve, slack, self.tip_s, adjusted=self.settings, base=self.base,
             q_nominal=self.q_nominal,
@@ -159,7 +159,11 @@ class SnakeSystemSpec:
         Raises:
             PathwayError: the lumen gives no pathway.
         """
+<<<<<<< HEAD
         _, curve = self.way()
+=======
+        curve = self._parts()[1]
+>>>>>>> lumenplan
         return curve.length, min(curve.length, self.snake.reach_mm())
 
     def way(self) -> tuple[Pathway, Curve]:
@@ -177,7 +181,8 @@ class SnakeSystemSpec:
         system.prepare()
         return system.planner
 
-    def _parts(self) -> tuple[Pathway, Curve, Array | None]:
+    def _parts(self) -> tuple[Pathway, Curve, Array | None, Curve | None]:
+        """Pathway, the curve that is followed at first, the slack about it, and the curve that is given."""
         found = self.with_contours().lumen
         assert isinstance(found, LumenContours)
         pathway = Pathway(
@@ -186,7 +191,7 @@ class SnakeSystemSpec:
         )  # fmt: skip
         given = None if found.curve_points is None else Curve(found.curve_points, found.curve_step_mm)
         curve = driven_curve(pathway, given)
-        return pathway, curve, found.slack if given is not None and curve is given else None
+        return pathway, curve, found.slack if given is not None and curve is given else None, given
 
     def to_parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         """Plain values for JSON, and arrays by name.

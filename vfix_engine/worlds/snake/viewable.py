@@ -213,6 +213,7 @@ class _Search:
         ]
         self._wall = WallSight(mesh, line)
         self._line, self._s = line, self._wall.arc_lengths(line)
+        self._curve = curve if line is curve else None
         count = len(mesh.faces)
         self._views: list[PlannedView] = []
         self._view, self._error = np.full(count, -1, dtype=np.int64), np.full(count, np.inf)
@@ -225,7 +226,7 @@ class _Search:
         """Search at depths, and yield the share of the way that is done after each."""
         drive = self._drive
         end = min(self._line.length, drive.snake.reach_mm())
-        narrow = narrowest(drive.pathway, drive.snake, drive.settings.bound_mm, end)
+        narrow = narrowest(drive.pathway, drive.snake, drive.settings.bound_mm, end, self._curve)
         if narrow.first is not None:
             end = 0.0 if narrow.free is None else narrow.free.at_mm
         for depth in [*np.arange(every_mm, end, every_mm).tolist(), end] if end > 0.0 else []:

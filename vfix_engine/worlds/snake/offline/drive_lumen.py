@@ -27,6 +27,7 @@ from ..settings import DriveSettings
 from ..stepping.command import SnakeCommand
 from ..stepping.constants import Start
 from ..stepping.state import SnakeState
+from .between_vertices import BetweenVertices
 from .compare_controls import compare_controls
 from .drive_report import DriveReport, Visit
 from .drive_run import DriveRun
@@ -128,7 +129,8 @@ def drive_lumen(
     robot = lumen.snake(model, links)
     target = min(curve.length, robot.reach_mm())
     visits, places = _visits(curve, landmarks, target)
-    narrow, ends = narrowest(lumen.pathway, robot, settings.bound_mm, target), PathEnds.of(curve, start, end)
+    narrow = narrowest(lumen.pathway, robot, settings.bound_mm, target, lumen.curve, middle=lumen.centreline)
+    ends = PathEnds.of(curve, start, end)
     if not anyway:
         narrow.refuse(robot)
     warnings = (*ends.warnings(), *narrow.warnings(settings.bound_mm))
@@ -137,7 +139,9 @@ def drive_lumen(
     drive = SnakeDrive(robot, lumen.pathway, settings, lumen.curve, lumen.slack)
     if record is not None:
         drive.driver.log = record(DriveSpec.of(Start(drive.constants, drive.state), lumen))
-    run = DriveRun(drive, visits, WallDepth(mesh, lumen.pathway, curve, robot.links) if tissue is None else None, say)
+    behind = WallDepth(mesh, lumen.pathway, curve, robot.links) if tissue is None else None
+    between = BetweenVertices(robot, settings.vertices_per_link)
+    run = DriveRun(drive, visits, behind, say, between)
     driving = _operator(operator, visits, target, seed)
     while (act := driving(drive.system, drive.state)) is not None:
         visit, event = run.carry_out(act), act.note.event
@@ -156,7 +160,7 @@ def drive_lumen(
         robot.links, target, inserted, curve.length, run.tally, tuple(visits), outside.outside, outside.depth_mm,
         run.offset_mm, drive.state.refused_commands, spent, asdict(settings), stopped, tuple(run.retries), operator,
         robot.assumed, warnings, narrow, run.behind_wall, ends, base, tip, lumen.pathway,
-        drive.tip_s if back else None,
+        drive.tip_s if back else None, between.to_dict(),
     )  # fmt: skip
 
 

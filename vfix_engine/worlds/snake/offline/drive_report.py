@@ -160,6 +160,7 @@ class DriveReport:
     tip: Array
     pathway: Pathway = field(repr=False)
     withdrawn_mm: float | None = None
+    between_vertices: dict[str, float] = field(default_factory=dict)
 
     @property
     def reached(self) -> bool:
@@ -182,6 +183,8 @@ class DriveReport:
         pathway's surface that lies outside the lumen, and how far (median, 95 %, most): the pathway is not the wall.
         behind_wall: of the places of links past the path's start that were measured against the triangles themselves,
         the one deepest behind them, and of each link; its mm is None where the tissue moves. narrowest: see ``narrow``.
+        between_vertices: how much deeper than its vertices, at which deviations and bounds are measured, the robot's
+        surface can be (bound_mm, where the pathway is convex) and was (most_mm), see ``BetweenVertices``.
         withdrawn_mm: where the tip was after it was drawn back, None where it was not.
         start_lps_mm, end_lps_mm: of the path as driven, ``*_moved_mm`` from where they were asked for; base_lps_mm,
         tip_lps_mm: where the insertion ended.
@@ -208,6 +211,7 @@ class DriveReport:
             "within_bounds": self.within_bounds,
             "outside_pathway": self._outside(),
             "behind_wall": self.behind_wall,
+            "between_vertices": self.between_vertices,
             "beyond_bound_link_steps": tally.beyond,
             "joint_limit_hits": tally.joint_limit_hits,
             "joint_speed_max_deg_s": float(np.degrees(tally.fastest)),

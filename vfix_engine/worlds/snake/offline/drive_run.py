@@ -10,6 +10,7 @@ import numpy as np
 from ....arrays import Array
 from ....runtime.operator import Act
 from ..stepping.distal import needs_bends
+from .between_vertices import BetweenVertices
 from .drive_report import DeviationTally, Visit
 from .look_round import Order, Retry
 from .snake_drive import SnakeDrive
@@ -26,15 +27,21 @@ class DriveRun:
         drive: at its start. visits: landmarks in the order of their places, changed as they are reached.
         behind: measures how deep links are behind the wall; None: nobody asks.
         say: called with what happens, in words.
+        between: measures how much deeper links are between their vertices; None: nobody asks.
     """
 
     def __init__(
-        self, drive: SnakeDrive, visits: list[Visit], behind: WallDepth | None, say: Callable[[str], None]
+        self,
+        drive: SnakeDrive,
+        visits: list[Visit],
+        behind: WallDepth | None,
+        say: Callable[[str], None],
+        between: BetweenVertices | None = None,
     ) -> None:
         self.drive, self.visits = drive, visits
         self.tally = DeviationTally(drive.snake.q_max, drive.state.bounds.most)
         self.retries: list[Retry] = []
-        self._behind, self._say = behind, say
+        self._behind, self._between, self._say = behind, between, say
         self._offsets: list[Array] = []
         self._still = 0  # steps in a row
 
@@ -70,8 +77,9 @@ class DriveRun:
         self._still = 0 if moved or order.event is not None else self._still + 1
         self.tally.add(before, self.drive.state, order.dt, self.drive.step_s, self.drive.query_s)
         self._offsets.append(self.drive.offset_mm)
-        if self._behind is not None:
-            self._behind.look(self.drive, order.event is not None)
+        for measured in (self._behind, self._between):
+            if measured is not None:
+                measured.look(self.drive, order.event is not None)
         if order.retry is not None:
             self.retries.append(order.retry)
             self._say(f"{order.retry.words}; {order.retry.outcome}")

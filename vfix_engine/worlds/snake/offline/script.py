@@ -116,7 +116,7 @@ class DriveSpec(SnakeSystemSpec):
 
     def build(self) -> ScriptSystem:
         """The drive at its start. Raises as ``SnakeSystemSpec.build``."""
-        pathway, curve, slack = self._parts()
+        pathway, curve, slack, _ = self._parts()
         given = None if pathway.motion is not None else curve
         return ScriptSystem(
             start_of(

@@ -103,7 +103,9 @@ class SnakeDrive(DriveView):
         lumen = lumen_between(mesh, start, end, model, settings, tissue)
         robot = lumen.snake(model, links)
         if not anyway:
-            narrowest(lumen.pathway, robot, settings.bound_mm, robot.reach_mm()).refuse(robot)
+            narrowest(
+                lumen.pathway, robot, settings.bound_mm, robot.reach_mm(), lumen.curve, middle=lumen.centreline
+            ).refuse(robot)
         return cls(robot, lumen.pathway, settings, lumen.curve, lumen.slack, tip_s)
 
     def step(self, command: SnakeCommand, dt: float | None = None) -> SnakeState:
