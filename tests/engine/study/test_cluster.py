@@ -1,10 +1,9 @@
 """Trials on the workers of a Dask scheduler: the results of one process, also after a worker was killed."""
 
-import json
 import os
+import pickle
 import signal
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +16,8 @@ from vfix_engine.study.experiment import kwok2013_1, kwok2013_2
 from vfix_engine.study.experiment.arms import ArmKey, seed_of, subject_of
 from vfix_engine.study.experiment.cavity import cavity_of
 from vfix_engine.study.experiment.colon import colon_of
-from vfix_engine.study.experiment.options import Options
 from vfix_engine.study.farm import run_all
+from vfix_engine.worlds.snake.settings import ARMS
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.filterwarnings("ignore")  # of the cluster's own processes and sockets
@@ -38,21 +37,22 @@ class Killed:
 
 
 class Begun:
-    """The first moments of a trial of Kwok 2013. The worker that comes first to the last trial of the study is killed,
-    if a mark is named that tells that it was.
+    """The first moments of a trial of a study of Kwok 2013; keys are (study, its key). The worker that comes first to
+    the certified arm of study II is killed, if a mark is named that tells that it was.
     """
 
-    def __init__(self, study: int, mark: Path | None = None) -> None:
-        self.study, self.mark = study, mark
+    def __init__(self, mark: Path | None = None) -> None:
+        self.mark = mark
 
-    def __call__(self, key: ArmKey) -> Any:
-        if self.mark is not None and key == ArmKey(4, 1, "certified") and not self.mark.exists():
+    def __call__(self, key: tuple[int, ArmKey]) -> Any:
+        study, one = key
+        if self.mark is not None and study == 2 and one.arm == "certified" and not self.mark.exists():
             self.mark.touch()
             os.kill(os.getpid(), signal.SIGKILL)
-        who, seed = subject_of(key), seed_of(key)
-        if self.study == 1:
-            return polyp_run.run_trial(colon_of(key.arm), who, seed, 0.5)
-        return label_run.run_trial(cavity_of(key.arm), who, seed, 0.5)
+        who, seed = subject_of(one), seed_of(one)
+        if study == 1:
+            return polyp_run.run_trial(colon_of(one.arm), who, seed, 0.5)
+        return label_run.run_trial(cavity_of(one.arm), who, seed, 0.5)
 
 
 def refuses(key: int) -> int:
@@ -81,20 +81,20 @@ def test_what_a_killed_worker_had_not_finished_runs_again(address: str, tmp_path
     assert found == {key: key * key for key in range(20)}
 
 
-@pytest.mark.parametrize(("number", "study"), [(1, kwok2013_1), (2, kwok2013_2)])
-def test_a_study_of_kwok_is_equal_here_in_processes_and_on_a_cluster_that_lose_a_worker(
-    address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int, study: Any
+def test_trials_of_kwok_are_equal_here_in_processes_and_on_a_cluster_that_lose_a_worker(
+    address: str, tmp_path: Path
 ) -> None:
-    options, found = Options(seed=4, quick=True, subjects=2), []
-    monkeypatch.setattr(study, "record", Begun(number))
-    found.append(study.run(options))
-    for where in (replace(options, workers=2), replace(options, scheduler=address)):
-        mark = tmp_path / f"killed-{len(found)}"
-        monkeypatch.setattr(study, "record", Begun(number, mark))
-        found.append(study.run(where))
-        assert mark.exists()
-    assert any(cell["ours"] for cell in found[0]["cells"])
-    assert len({json.dumps(one, allow_nan=False) for one in found}) == 1
+    """To the last bit."""
+    keys = [(study, ArmKey(4, 1, arm)) for study in (1, 2) for arm in ARMS]
+    here = run_all(Begun(), keys)
+    pool = run_all(Begun(tmp_path / "pool"), keys, workers=2)
+    there = run_all(Begun(tmp_path / "cluster"), keys, scheduler=address)
+    assert (tmp_path / "pool").exists()
+    assert (tmp_path / "cluster").exists()
+    assert here[2, ArmKey(4, 1, "guided")].task.travel_mm > 0.0
+    assert repr(here) == repr(pool) == repr(there)
+    for record in (kwok2013_1.record, kwok2013_2.record):
+        assert pickle.loads(pickle.dumps(record)) is record
 
 
 def test_a_trial_that_always_kills_its_worker_ends_it(address: str, tmp_path: Path) -> None:
