@@ -1,4 +1,7 @@
-"""Write the tables of docs/evidence.md from the reports in docs/evidence/, which `vfix study STUDY -o FILE` writes."""
+"""Write the tables of docs/evidence.md from the reports in docs/evidence/, which `vfix study STUDY -o FILE` writes.
+
+A name that ends in -full is a run without --quick, which takes an hour: where it is not stored, the page says so.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ from typing import Any
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGE, REPORTS = DOCS / "evidence.md", DOCS / "evidence"
+FULL = "-full"
 LEAST = 0.001  # a smaller figure, such as a p value, is written as a power of ten
 SWEPT = ("freehand", "hands-on", "teleoperated")  # modes
 BLOCK = re.compile(r"<!-- (\w+) of ([\w-]+) -->\n.*?<!-- end -->", re.DOTALL)
@@ -21,8 +25,12 @@ def written(page: str, reports: Path = REPORTS) -> str:
 
     def block(found: re.Match[str]) -> str:
         what, study = found.groups()
-        report = json.loads((reports / f"{study}.json").read_text(encoding="utf-8"))
-        return f"<!-- {what} of {study} -->\n{TABLES[what](report)}\n<!-- end -->"
+        file = reports / f"{study}.json"
+        if study.endswith(FULL) and not file.exists():
+            words = f"No full run is stored; `vfix study {study.removesuffix(FULL)}` makes one."
+        else:
+            words = TABLES[what](json.loads(file.read_text(encoding="utf-8")))
+        return f"<!-- {what} of {study} -->\n{words}\n<!-- end -->"
 
     return BLOCK.sub(block, page)
 
@@ -150,11 +158,22 @@ def sizes(report: Mapping[str, Any]) -> str:
     )
 
 
+def beside(report: Mapping[str, Any]) -> str:
+    """A line for each row of a printed table, with the paper's figure and ours in each column."""
+    printed_ones = [cell for cell in report["cells"] if cell["table"] != "ours"]
+    columns = list(dict.fromkeys(cell["column"] for cell in printed_ones))
+    found: dict[str, dict[str, str]] = {}
+    for cell in printed_ones:
+        paper = printed(cell["paper"], cell["paper_sd"])
+        spread = "" if cell["sd_subjects"] is None else f" ± {short(cell['sd_subjects'])}"
+        ours = f"**{short(cell['ours'])}{spread}**"
+        found.setdefault(cell["row"], {})[cell["column"]] = f"{paper} / {ours}" if paper else ours
+    return table(["Row", *columns], [[row, *(one.get(name, "") for name in columns)] for row, one in found.items()])
+
+
 def swept(report: Mapping[str, Any]) -> str:
-    """Each assumption at other values: means of the swept subjects, of each arm in turn; nothing without sweeps."""
-    rows = report.get("sweeps")
-    if not rows:
-        return "The stored report is of `--quick`, which has no sweeps."
+    """Each assumption at other values: means of the swept subjects, of each arm in turn."""
+    rows = report["sweeps"]
     arms = list(rows[0]["arms"])
     figures = list(rows[0]["arms"][arms[0]])
     lines = [
@@ -175,7 +194,7 @@ def contradictions(report: Mapping[str, Any]) -> str:
 TABLES: Mapping[str, Callable[[Mapping[str, Any]], str]] = {
     "cells": cells, "fitted": fitted, "assumed": assumed, "order": order, "times": times,
     "contradictions": contradictions, "compared": compared, "agrees": agrees, "used": used,
-    "sweeps": sweeps, "swept": swept, "beyond": beyond, "sizes": sizes,
+    "sweeps": sweeps, "swept": swept, "beside": beside, "beyond": beyond, "sizes": sizes,
 }  # fmt: skip
 
 

@@ -43,6 +43,27 @@ def test_a_changed_report_changes_the_page(changed: str, tmp_path: Path) -> None
     assert evidence.written(page, tmp_path) != page
 
 
+def test_a_full_run_gives_its_tables_where_it_is_stored(tmp_path: Path) -> None:
+    for file in (DOCS / "evidence").glob("*.json"):
+        if not file.stem.endswith(evidence.FULL):
+            (tmp_path / file.name).write_bytes(file.read_bytes())
+    page = (DOCS / "evidence.md").read_text(encoding="utf-8")
+    assert evidence.written(page, tmp_path).count("No full run is stored") == 6
+    arms = {"manual": {"time_s": 3.0}, "guided": {"time_s": None}}
+    sweeps = [
+        {"assumption": name, "value": value, "subjects": 2, "arms": arms}
+        for name, value in (("as assumed", None), ("content", 0.35))
+    ]
+    for study in ("kwok2013-1", "kwok2013-2"):
+        report = json.loads((tmp_path / f"{study}.json").read_text(encoding="utf-8")) | {"sweeps": sweeps}
+        (tmp_path / f"{study}{evidence.FULL}.json").write_text(json.dumps(report), encoding="utf-8")
+    found = evidence.written(page, tmp_path)
+    assert "No full run is stored" not in found
+    assert found.count("| `content` | 0.35 | 3 / none |") == 2
+    assert found.count("| Complet. Time (s) | 333.8 ± 94.78 / **520 ± 38.6** |") == 1
+    assert found.count("| Compl. Time (s) | 21.4 ± 9.17 / **") == 1
+
+
 @pytest.mark.parametrize(
     ("study", "mode", "changed"), [("li2004", "hands-on", "li2004_6.svg"), ("li2007", "freehand", "li2007_15.svg")]
 )

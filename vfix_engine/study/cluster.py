@@ -1,6 +1,7 @@
 """The trials of ``farm.run_all`` on the workers of a Dask scheduler; needs the extra ``cluster``.
 
-A few trials are one task, since a task costs some 20 ms. The scheduler runs the tasks of a killed worker again.
+Of many trials a few are one task, since a task costs some 20 ms; few trials are long ones, and a task each. The
+scheduler runs the tasks of a killed worker again.
 """
 
 from __future__ import annotations
@@ -12,7 +13,8 @@ from typing import Any, TypeVar
 
 from ..errors import ControlError, InputError
 
-TRIALS_OF_TASK = 5
+TRIALS_OF_TASK = 5  # at most
+TASKS = 100  # at least, before trials share one
 CONNECT_S = 20.0
 ADDRESS = "tcp://"
 
@@ -39,7 +41,8 @@ def run_on_cluster(function: Callable[[K], V], keys: Sequence[K], address: str, 
             warnings.simplefilter("ignore", UserWarning)  # the data of all trials are large, and are meant to be
             # A task, which the scheduler runs again where the last worker that had its result was killed.
             sent = client.submit(pickle.loads, pickle.dumps(function), pure=False)
-        batches = [list(keys[first : first + TRIALS_OF_TASK]) for first in range(0, len(keys), TRIALS_OF_TASK)]
+        size = min(max(len(keys) // TASKS, 1), TRIALS_OF_TASK)
+        batches = [list(keys[first : first + size]) for first in range(0, len(keys), size)]
         tasks = [client.submit(_run_batch, sent, batch, pure=False) for batch in batches]
         try:
             for task in distributed.as_completed(tasks, loop=client.loop):

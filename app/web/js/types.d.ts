@@ -730,17 +730,10 @@ export interface MarkKindView {
 /**
  * What was computed of the open route; lengths in mm, all along the way of the robot's tip.
  *
-<<<<<<< HEAD
  * words: why it failed. reach_mm: how deep the tip comes; limit, reach_words: what ends its way. offers: what would
  * come deeper. behind_share, behind_mm: how much of the pathway's surface is behind the wall, and how deep at most;
  * bound_mm: the largest bound of a link.
  * s_mm, radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
-=======
- * words: why it failed. length_mm: to the end. reach_mm: how deep the tip comes; limit, reach_words: what
- * ends its way. offers: what would come deeper. behind_share, behind_mm: how much of the pathway's surface is behind the wall, and how deep at most.
- * by_hand_mm: where the contour by hand is that makes it narrower than the robot; None: the lumen is, or it is not.
- * s_mm, radius_mm, wall_mm: along the way, the pathway's radius and the distance from the centreline to the wall.
->>>>>>> lumenplan
  */
 export interface RoutePathSection {
   state: "none" | "computing" | "ready" | "failed";
@@ -1302,16 +1295,11 @@ export interface LinkView {
 /**
  * How much of the pathway's surface is behind the wall, and how deep at most: so deep can a certified link be.
  *
-<<<<<<< HEAD
  * bound_mm: by how much deeper, the largest bound of any link.
-=======
- * between_mm: by how much it can be deeper between the vertices at which it is measured.
->>>>>>> lumenplan
  */
 export interface BehindWallView {
   share: number;
   depth_mm: number;
-<<<<<<< HEAD
   bound_mm: number;
 }
 
@@ -1319,9 +1307,6 @@ export interface BehindWallView {
 export interface DeepestLinkView {
   depth_mm: number;
   link: number;
-=======
-  between_mm: number;
->>>>>>> lumenplan
 }
 
 /**

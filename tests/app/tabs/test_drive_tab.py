@@ -233,13 +233,10 @@ def test_the_share_behind_the_wall_stands_beside_certified(
     assert path.reach.behind_wall is not None
     assert shown["behind"]["share"] == pytest.approx(path.reach.behind_wall.outside, abs=1e-4)
     assert shown["behind"]["depth_mm"] == pytest.approx(path.reach.behind_wall.depth_mm[-1], abs=1e-2)
-<<<<<<< HEAD
     assert shown["behind"]["bound_mm"] == pytest.approx(path.bound_mm(path.settings), abs=1e-2)
     assert 0.0 < shown["behind"]["bound_mm"] <= BOUND_MM
     assert shown["deepest"] == {"depth_mm": 0.0, "link": 0}  # at the entry no link is inside
-=======
     assert 0.0 <= shown["behind"]["between_mm"] - path.snake.between_vertices_mm(100) < 0.01
->>>>>>> lumenplan
 
 
 def test_landmarks_on_the_way_have_their_depth_and_others_are_none(

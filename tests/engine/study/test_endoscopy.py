@@ -14,8 +14,9 @@ from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.pathway.pathway import Pathway
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.operator import Act
+from vfix_engine.runtime.run import Run
 from vfix_engine.study.diathermy.task import first_state
-from vfix_engine.study.endoscopy import label_run
+from vfix_engine.study.endoscopy import label_run, polyp_run
 from vfix_engine.study.endoscopy.cavity_picture import LabelEye
 from vfix_engine.study.endoscopy.endoscopist import Endoscopist
 from vfix_engine.study.endoscopy.label_person import LabelPerson
@@ -25,6 +26,7 @@ from vfix_engine.study.endoscopy.polyp_run import Colon, run_trial
 from vfix_engine.study.endoscopy.stylus_hand import StylusHand
 from vfix_engine.study.experiment.cavity import cavity_of, stored_labels
 from vfix_engine.study.polyps.progress import PolypProgress
+from vfix_engine.study.polyps.series import PolypSeries, polyp_series
 from vfix_engine.study.polyps.sight import LumenSight
 from vfix_engine.study.polyps.task import Polyp, PolypTask
 from vfix_engine.worlds.snake.offline.script import DriveSpec
@@ -74,9 +76,20 @@ def colon(mesh: TriangleMesh, arm: Arm) -> Colon:
 
 
 @pytest.mark.parametrize("arm", ["guided", "manual"])
-def test_a_person_clears_two_polyps_and_repeats(mesh: TriangleMesh, arm: Arm) -> None:
+def test_a_person_clears_two_polyps_and_repeats(mesh: TriangleMesh, arm: Arm, monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[tuple[PolypSeries, PolypSeries]] = []
+
+    def series(run: Run, sight: LumenSight, steps: list[PolypProgress]) -> PolypSeries:
+        read.append((polyp_series(run, sight, steps), polyp_series(run, sight)))
+        return read[-1][0]
+
+    monkeypatch.setattr(polyp_run, "polyp_series", series)
     place, who = colon(mesh, arm), Endoscopist().drawn(np.random.default_rng(1))
     found = run_trial(place, who, 3, longest_s=90.0)
+    kept, anew = read[0]
+    assert (kept.progress, kept.t[-1]) == (anew.progress, anew.t[-1])
+    assert np.array_equal(kept.marker, anew.marker)
+    assert kept.marker.any()
     assert found.table.polyps_missed == 0
     assert found.table.completion_time_s is not None
     assert 2 * 7.0 < found.table.completion_time_s < 90.0
@@ -116,7 +129,7 @@ def test_in_study_i_joints_depth_and_clearances_are_not_seen(mesh: TriangleMesh)
     state, progress, differs = system.start(), PolypProgress.at_start(place.task), False
     for _ in range(400):
         snapshot = system.snapshot(state)
-        act = one(snapshot, progress)
+        act = one(system.at_hand(state), progress)
         assert done(other(scrambled(snapshot, random), progress)) == done(act)
         differs = differs or done(pushed(replace(snapshot, forces=np.ones(3)), progress)) != done(act)
         for request in act.requests:
@@ -136,7 +149,7 @@ def test_in_study_ii_joints_and_clearances_are_not_seen() -> None:
     state, task = system.start(), first_state(labels)
     for _ in range(120):
         snapshot = system.snapshot(state)
-        act = one(snapshot, task)
+        act = one(system.at_hand(state), task)
         assert done(other(scrambled(snapshot, random), task)) == done(act)
         state = system.step(state, act.command)
     assert float(np.abs(state.q).max()) > 0.0

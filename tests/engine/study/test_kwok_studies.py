@@ -18,11 +18,12 @@ from vfix_engine.study.endoscopy.label_run import LabelTrial
 from vfix_engine.study.endoscopy.polyp_run import PolypTrial
 from vfix_engine.study.experiment import kwok2013_1, kwok2013_2, kwok_figures, kwok_sweeps
 from vfix_engine.study.experiment.arms import ArmKey, keys, place_of, seed_of, subject_of
-from vfix_engine.study.experiment.cavity import stored_labels
+from vfix_engine.study.experiment.cavity import cavity_of, stored_labels
 from vfix_engine.study.experiment.colon import colon_of
 from vfix_engine.study.experiment.kwok_figures import KWOK_III, KWOK_IV, PrintedRow
 from vfix_engine.study.experiment.options import Options
 from vfix_engine.study.experiment.paper_figures import Printed
+from vfix_engine.study.farm import run_all
 from vfix_engine.study.polyps.table import TableIII
 from vfix_engine.worlds.snake.settings import ARMS
 
@@ -32,6 +33,11 @@ SMALL = Options(seed=4, quick=True, subjects=3)
 def short(key: ArmKey) -> PolypTrial:
     """The first three tenths of a second of a trial, in the study's own colon."""
     return kwok2013_1.run_trial(colon_of(key.arm), subject_of(key), seed_of(key), 0.3)
+
+
+def looking(key: ArmKey) -> LabelTrial:
+    """The first seconds of a trial of study II, in which the person looks round by control bends."""
+    return kwok2013_2.run_trial(cavity_of(key.arm), subject_of(key), seed_of(key), 4.0)
 
 
 def made_up() -> dict[ArmKey, PolypTrial]:
@@ -61,6 +67,15 @@ def test_study_i_is_the_same_for_any_number_of_workers(monkeypatch: pytest.Monke
     assert reports[0]["subjects"] == 2
     assert reports[0]["unfinished"] == dict.fromkeys(ARMS, 2)
     assert any(trial["travelled_mm"] > 0.0 for trial in reports[0]["trials"])
+
+
+def test_a_trial_is_equal_after_others_and_alone_in_a_fresh_process() -> None:
+    """To the last bit of where the camera has gone."""
+    before, key = ArmKey(4, 1, "certified"), ArmKey(4, 0, "guided")
+    after = [looking(one) for one in (before, key)][1]
+    alone = run_all(looking, [key], workers=2)[key]
+    assert repr(alone) == repr(after)
+    assert after.task.travel_mm > 10.0
 
 
 def test_study_i_has_every_printed_cell_and_what_follows_from_known_trials() -> None:

@@ -24,6 +24,7 @@ from vfix_engine.study.lumen.deviation import deviation_of, episodes
 from vfix_engine.study.polyps.figures import polyp_figures
 from vfix_engine.study.polyps.placing import WallPlaces
 from vfix_engine.study.polyps.printed import PROUD_MM
+from vfix_engine.study.polyps.progress import PolypProgress
 from vfix_engine.study.polyps.seen import FAR_MM, seen_share
 from vfix_engine.study.polyps.series import PolypSeries, polyp_series, task_note
 from vfix_engine.study.polyps.table import PRINTED, beyond_bound_mm, polyp_table, table_iii
@@ -125,6 +126,13 @@ def test_a_run_without_a_task_is_refused(tmp_path: Path) -> None:
     run = written(tmp_path / "run")
     with pytest.raises(InputError, match="no polyps were looked for"):
         polyp_series(replace(run, events=()), free)
+
+
+def test_steps_of_another_run_are_refused(tmp_path: Path, series: PolypSeries) -> None:
+    run = written(tmp_path / "run")
+    for steps in ([series.progress], [PolypProgress.at_start(TASK, DT)], []):
+        with pytest.raises(InputError, match="not those of the run"):
+            polyp_series(run, free, steps)
 
 
 def test_an_episode_is_a_time_in_one_piece() -> None:

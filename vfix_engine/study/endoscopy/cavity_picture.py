@@ -14,7 +14,7 @@ import numpy as np
 from ...anatomy.lumen.wall import Wall
 from ...arrays import Array
 from ...worlds.snake.picture.camera_view import FIELD_DEG
-from ...worlds.snake.snapshot import SnakeSnapshot
+from ...worlds.snake.snapshot import AtHand, SnakeSnapshot
 from ..diathermy.labels import HALF_MM, LINE_MM, Label
 from ..diathermy.task import DiathermyState
 from .picture import moved, off_centre
@@ -52,7 +52,7 @@ class LabelEye:
         self._labels, self._wall = tuple(labels), wall
         self._before: Array | None = None
 
-    def seen(self, snapshot: SnakeSnapshot, task: DiathermyState) -> SeenCavity:
+    def seen(self, snapshot: AtHand | SnakeSnapshot, task: DiathermyState) -> SeenCavity:
         """The picture of a snapshot. task: what it draws: which objects are left, and how much of them."""
         camera, found = snapshot.camera, []
         for number, (label, progress) in enumerate(zip(self._labels, task.labels, strict=True)):

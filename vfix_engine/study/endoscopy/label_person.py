@@ -19,7 +19,7 @@ from ...runtime.operator import Act
 from ...runtime.requests import Request
 from ...worlds.snake.requests import ChooseJoint
 from ...worlds.snake.settings import Arm
-from ...worlds.snake.snapshot import SnakeSnapshot
+from ...worlds.snake.snapshot import AtHand, SnakeSnapshot
 from ..diathermy.labels import LINE_MM
 from ..diathermy.task import DiathermyState
 from ..person import DriftNoise
@@ -77,7 +77,7 @@ class LabelPerson:
         self.given_up: set[int] = set()
         self.joint_choices = 0
 
-    def __call__(self, snapshot: SnakeSnapshot, task: DiathermyState) -> Act:
+    def __call__(self, snapshot: AtHand | SnakeSnapshot, task: DiathermyState) -> Act:
         """What the hand does in the next step."""
         asked: tuple[Request, ...] = ()
         if self._steps % self._every == 0:

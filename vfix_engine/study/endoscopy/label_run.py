@@ -50,11 +50,11 @@ def run_trial(
     wall = Wall(cavity.mesh)
     person = LabelPerson(LabelEye(labels, wall), who, spec.drive.arm, spec.snake.links, dt, seed)
     task, beyond, pressed = first_state(labels), 0.0, False
-    snapshot = system.snapshot(driver.state)
+    seen = system.at_hand(driver.state)
     while task.traced + len(person.given_up) < len(labels) and driver.state.t < longest_s:
-        act = person(snapshot, task)
+        act = person(seen, task)
         state = driver.act(act)
-        snapshot, pressed = system.snapshot(state), bool(act.command.buttons & BUTTON_CUT)
-        task = stepped(labels, task, DiathermySample(state.t, snapshot.camera, pressed), wall.free)
+        seen, pressed = system.at_hand(state), bool(act.command.buttons & BUTTON_CUT)
+        task = stepped(labels, task, DiathermySample(state.t, seen.camera, pressed), wall.free)
         beyond = max(beyond, float((state.deviation.depth - state.bound).max()))
     return LabelTrial(task, beyond, len(person.given_up), person.joint_choices)

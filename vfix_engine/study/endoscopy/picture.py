@@ -7,6 +7,8 @@ depth, deviations, bounds and what holds the robot are not in the picture.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +17,7 @@ from ...anatomy.lumen.wall import Wall
 from ...arrays import Array
 from ...pathway.pathway import TissueMotion
 from ...worlds.snake.picture.camera_view import FIELD_DEG
-from ...worlds.snake.snapshot import SnakeSnapshot
+from ...worlds.snake.snapshot import AtHand, SnakeSnapshot
 from ..polyps.progress import PolypProgress, Sight
 from ..polyps.task import PolypTask
 
@@ -38,13 +40,13 @@ class SeenPolyp(NamedTuple):
 class SeenLumen(NamedTuple):
     """A picture of study I.
 
-    polyps: in it, not cleared and not hidden. dark_deg: (2,) degrees from the centre to where the lumen goes on, None
-    where the picture is all wall. marker: its colour, from 0 to 1. cleared: how many polyps have gone. moves: the
-    picture is another one than that of the look before.
+    polyps: in it, not cleared and not hidden. dark_deg(): (2,) degrees from the centre to where the lumen goes on, None
+    where the picture is all wall; found when it is looked for. marker: its colour, from 0 to 1. cleared: how many
+    polyps have gone. moves: the picture is another one than that of the look before.
     """
 
     polyps: tuple[SeenPolyp, ...]
-    dark_deg: Array | None
+    dark_deg: Callable[[], Array | None]
     marker: float
     cleared: int
     moves: bool
@@ -65,7 +67,7 @@ class PolypEye:
         self._rays = rays / np.linalg.norm(rays, axis=1, keepdims=True)
         self._before: Array | None = None
 
-    def seen(self, snapshot: SnakeSnapshot, progress: PolypProgress) -> SeenLumen:
+    def seen(self, snapshot: AtHand | SnakeSnapshot, progress: PolypProgress) -> SeenLumen:
         """The picture of a snapshot. progress: of the task, which draws the marker and removes polyps."""
         camera = snapshot.camera
         local = (self._task.targets(self._motion, snapshot.t) - camera[:3, 3]) @ camera[:3, :3]
@@ -78,7 +80,7 @@ class PolypEye:
             polyps.append(SeenPolyp(number, off_centre(local[number]), math.sqrt(x * x + y * y + z * z)))
         before, self._before = self._before, camera
         moves = before is None or moved(before, camera)
-        return SeenLumen(tuple(polyps), self._dark(camera), progress.marker, progress.cleared, moves)
+        return SeenLumen(tuple(polyps), partial(self._dark, camera), progress.marker, progress.cleared, moves)
 
     def _dark(self, camera: Array) -> Array | None:
         """Where the lumen goes on: the middle of the places that are about as far as the farthest."""

@@ -20,7 +20,7 @@ from ...runtime.operator import Act
 from ...runtime.requests import Request
 from ...worlds.snake.requests import ChooseJoint
 from ...worlds.snake.settings import Arm
-from ...worlds.snake.snapshot import SnakeSnapshot
+from ...worlds.snake.snapshot import AtHand, SnakeSnapshot
 from ...worlds.snake.stepping.manual import JOINTS
 from ..person import DriftNoise
 from ..polyps.aiming import REFERENCE_MM, WITHIN_MM
@@ -92,7 +92,7 @@ class PolypPerson:
         self._feeding, self._resting, self._sense = False, False, 1.0
         self._best, self._shifts, self._shift_mm = (math.inf, math.inf), 0, 0.0
 
-    def __call__(self, snapshot: SnakeSnapshot, progress: PolypProgress) -> Act:
+    def __call__(self, snapshot: AtHand | SnakeSnapshot, progress: PolypProgress) -> Act:
         """What the hand does in the next step."""
         asked: tuple[Request, ...] = ()
         force = snapshot.forces[:2]
@@ -278,7 +278,7 @@ class PolypPerson:
 
     def _travel(self, picture: SeenLumen) -> None:
         """Along the lumen: to where it is dark, if that is in the picture."""
-        dark = picture.dark_deg
+        dark = picture.dark_deg()
         off = 0.0 if dark is None else math.hypot(*dark)
         if self._still_s > _STUCK_S:
             self._straighten()

@@ -50,7 +50,7 @@ def run_trial(
     """Run one trial of a person."""
     spec, task = colon.spec, colon.task
     system, dt = spec.build(), spec.drive.step_s
-    sight = LumenSight(colon.mesh, task)
+    sight, steps = LumenSight(colon.mesh, task), list[PolypProgress]()
     person = PolypPerson(PolypEye(task, Wall(colon.mesh), sight), who, spec.drive.arm, dt, seed)
     with tempfile.TemporaryDirectory(prefix="vfix-study-") as folder:
         place = Path(folder) / "run"
@@ -58,17 +58,17 @@ def run_trial(
         driver: Driver[SnakeState] = Driver(system, log=writer)
         driver.apply(task_note(task))
         progress, targets = PolypProgress.at_start(task), task.targets()
+        seen = system.at_hand(driver.state)
         try:
             while not progress.completed and driver.state.t < longest_s:
-                snapshot = system.snapshot(driver.state)
-                if driver.state.steps:
-                    progress = progress.step(task, snapshot.camera, snapshot.progress_mm, snapshot.t, targets, sight)
-                driver.act(person(snapshot, progress))
+                seen = system.at_hand(driver.act(person(seen, progress)))
+                progress = progress.step(task, seen.camera, seen.progress_mm, seen.t, targets, sight)
+                steps.append(progress)
         except BaseException:
             writer.abandon()
             raise
         writer.close()
-        series = polyp_series(Run.read(place), sight)
+        series = polyp_series(Run.read(place), sight, steps)
     return PolypTrial(
         table_iii(series), beyond_bound_mm(series), len(person.given_up), person.joint_choices, person.led
     )

@@ -71,8 +71,8 @@ KWOK_IV: Mapping[str, tuple[Printed, ...]] = {
 AGREES_III = (
     "Table III: every improvement is that of the printed means, to half a per cent.",
     "Table III: 0.33 ± 0.65 polyps missed by twelve people, of whom 'three … were not able to target one or more', are "
-    "one, one and two polyps of three people: the standard deviation is 0.651, so ± is that of the subjects. A paired t "
-    "test gives p = 0.104, as printed, and so does Welch's; one with a pooled variance gives 0.090.",
+    "one, one and two polyps of three people: the standard deviation is 0.651, so ± is that of the subjects. A "
+    "paired t test gives p = 0.104, as printed, and so does Welch's; one with a pooled variance gives 0.090.",
     "Table III: 'always higher than 30 %' is 36 % at the least; of the p-values eleven of twelve are below 0.05.",
 )
 AGREES_IV = ("Table IV: '<1.7° and <0.5 mm' are 1.68° and 0.41 mm at the most.",)

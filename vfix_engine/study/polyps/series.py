@@ -7,7 +7,7 @@ is equal bit by bit has the same.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -87,14 +87,16 @@ def task_of(run: Run) -> tuple[PolypTask, int]:
     return PolypTask.from_dict(note.content), max(found[-1].at, *starts, 0)
 
 
-def polyp_series(run: Run, sight: Sight) -> PolypSeries:
+def polyp_series(run: Run, sight: Sight, steps: Sequence[PolypProgress] | None = None) -> PolypSeries:
     """Read a run of study I up to the end of its task.
 
     Args:
         sight: lines of sight in the lumen of the run, as ``LumenSight`` has them.
+        steps: the progress after each step to the end of the task or of the run, which a drive of it computed; None:
+            computed here, which takes as long as the drive's own.
 
     Raises:
-        InputError: the run has no such task, no steps in it, or is none of a snake.
+        InputError: the run has no such task, no steps in it, or is none of a snake; ``steps`` are those of another run.
     """
     task, first = task_of(run)
     spec: Any = spec_of(run)
@@ -108,8 +110,10 @@ def polyp_series(run: Run, sight: Sight) -> PolypSeries:
     camera = cameras(snake, rows, at)
     links = [place for name, place in at.items() if name.startswith("outside_link")]
     t, tip_mm = rows[:, at["t"]], rows[:, at["tip_s"]]
-    aims, progress = _aimed(task, spec.tissue, camera, tip_mm, t, start_t, sight)
-    count = len(aims)
+    aims = _aimed(task, spec.tissue, camera, tip_mm, t, start_t, sight) if steps is None else list(steps)
+    count, progress = len(aims), aims[-1] if aims else None
+    if progress is None or count > len(t) or progress.t != t[count - 1] or (count < len(t) and not progress.completed):
+        raise InputError("the steps of the task are not those of the run")
     return PolypSeries(
         task, start_t, t[:count], tip_mm[:count], rows[:count, [at[f"tip_{axis}"] for axis in "xyz"]], camera[:count],
         rows[:count][:, links], rows[:count, at["beyond_bound"]], *_columns(aims), progress, spec.tissue,
@@ -132,7 +136,7 @@ def cameras(snake: SnakeModel, rows: Array, at: Mapping[str, int]) -> Array:
 
 def _aimed(
     task: PolypTask, motion: TissueMotion | None, camera: Array, tip_mm: Array, t: Array, start_t: float, sight: Sight
-) -> tuple[list[PolypProgress], PolypProgress]:
+) -> list[PolypProgress]:
     """The progress after each step, to the end of the task."""
     progress, still = PolypProgress.at_start(task, start_t), task.targets()
     found: list[PolypProgress] = []
@@ -142,7 +146,7 @@ def _aimed(
         found.append(progress)
         if progress.completed:
             break
-    return found, progress
+    return found
 
 
 def _columns(steps: list[PolypProgress]) -> tuple[IntArray, BoolArray, Array]:

@@ -3,11 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ...arrays import Array
 from ...runtime.snapshot import Snapshot
+
+
+class AtHand(NamedTuple):
+    """What the operator of a driven snake has before his eyes and in his hand after a step, and how far it is inserted.
+
+    camera: (4, 4) transform_camera_to_patient. forces: (2,) in N, x to the right and y down in the picture.
+    progress_mm: arc length of the tip. All are as in ``SnakeSnapshot``, which takes ten times as long.
+    """
+
+    t: float
+    camera: Array
+    forces: Array
+    progress_mm: float
 
 
 @dataclass(frozen=True, kw_only=True)

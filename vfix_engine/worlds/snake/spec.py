@@ -159,11 +159,7 @@ class SnakeSystemSpec:
         Raises:
             PathwayError: the lumen gives no pathway.
         """
-<<<<<<< HEAD
         _, curve = self.way()
-=======
-        curve = self._parts()[1]
->>>>>>> lumenplan
         return curve.length, min(curve.length, self.snake.reach_mm())
 
     def way(self) -> tuple[Pathway, Curve]:
@@ -172,8 +168,7 @@ class SnakeSystemSpec:
         Raises:
             PathwayError: the lumen gives no pathway.
         """
-        pathway, curve, _ = self._parts()
-        return pathway, curve
+        return self._parts()[:2]
 
     def worker(self) -> Worker:
         """The planner, in the worker process; it has made one plan of each kind, so its kernels are loaded."""

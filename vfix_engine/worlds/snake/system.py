@@ -10,6 +10,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import ControlError, InputError
+from ...robots.snake_kernel import snake_frames
 from ...runtime.command import BUTTON_STRAIGHTEN, Command, no_command
 from ...runtime.requests import Bend, Request, SetSettings, Straighten
 from ...runtime.settings import checked_settings
@@ -23,7 +24,7 @@ from .plans.messages import PlannerAnswer
 from .requests import ChooseJoint, FollowTissue, LookRound
 from .row import OUTCOMES, SnakeRow
 from .settings import SnakeSettings
-from .snapshot import SnakeSnapshot
+from .snapshot import AtHand, SnakeSnapshot
 from .stepping.command import SnakeCommand
 from .stepping.constants import DriveConstants, Start
 from .stepping.distal import can_look, distal_context
@@ -49,6 +50,7 @@ class SnakeSystem:
     def __init__(self, start: Start, planner: Worker) -> None:
         self.constants, self._start, self.planner = start.constants, start.state, planner
         self._row = SnakeRow(start.constants.snake, start.state.settings.manipulated)
+        self._frames = np.empty((start.constants.snake.links, 3, 4))
 
     @property
     def row_layout(self) -> tuple[Column, ...]:
@@ -221,6 +223,15 @@ class SnakeSystem:
             arm=state.settings.arm,
             hand_joint=state.hand_joint,
         )
+
+    def at_hand(self, state: SnakeState) -> AtHand:
+        """What of a snapshot an operator has before his eyes and in his hand."""
+        snake, pose = self.constants.snake, state.pose
+        snake_frames(pose.q, pose.shape.base, snake.length_mm, self._frames)
+        camera = np.eye(4)
+        camera[:3] = self._frames[-1]
+        camera[:3, 3] += snake.camera_offset_mm * camera[:3, 2]
+        return AtHand(state.t, camera, state.forces.total, state.tip_s)
 
     def background(self, state: SnakeState) -> Background | None:
         """The next request to the worker, or None."""
