@@ -18,7 +18,7 @@ COLUMNS = 11  # of a pair's row: the ten of ``proximity.rows_kernel``, then the 
 SLACK = 10
 
 
-class Scratch(NamedTuple):
+class MotionSpace(NamedTuple):
     """Workspace of a motion's certificate; n joints, s segments, b obstacles.
 
     made: the step, clipped to the joints' ranges; chord, slack: of each segment, see ``chords`` and ``binding_slack``.
@@ -35,8 +35,8 @@ class Scratch(NamedTuple):
     query: Annotated[Array, QUERY_SPACE]
 
 
-SCRATCH = packing(Scratch, "n", "s", "b")
-_scratch_views = SCRATCH.views
+MOTION_SPACE = packing(MotionSpace, "n", "s", "b")
+_scratch_views = MOTION_SPACE.views
 
 
 class PairSpace(NamedTuple):
@@ -65,7 +65,7 @@ class Inputs(NamedTuple):
     rows: Array
     labels: Int32Array
     order: Int32Array
-    scratch: Scratch
+    scratch: MotionSpace
     program: Array
 
 
@@ -73,7 +73,7 @@ class Inputs(NamedTuple):
 def unpack_inputs(t: IntArray) -> Inputs:
     """Return the inputs of a table (``array_table.table_of``); for compiled code only.
 
-    Its arrays are ``Surroundings.arrays``, a ``PairSpace``, a packed ``Scratch`` and the workspace of the programs.
+    Its arrays are ``Surroundings.arrays``, a ``PairSpace``, a packed ``MotionSpace`` and the workspace of the programs.
     """
     constants = unpack_constants(float64_at(t[0], (t[1],)), int64_at(t[2], (t[3],)))
     n, s, b = len(constants.lower), len(constants.radius), len(constants.margin)

@@ -14,7 +14,7 @@ from ..arrays import Array
 from ..certificate.bind_kernel import binding, binding_slack
 from ..certificate.certify_kernel import certify_motion, measure_state
 from ..certificate.constants import StepConstants, unpack_candidates, unpack_constants
-from ..certificate.inputs import COLUMNS, SCRATCH, Inputs, PairSpace
+from ..certificate.inputs import COLUMNS, MOTION_SPACE, Inputs, PairSpace
 from ..certificate.measure_kernel import candidates_suffice, measure, measure_distances, place
 from ..certificate.sweep_kernel import acceleration_bound, chords
 from ..geometry.capsules import Segments
@@ -44,8 +44,8 @@ def call_parts(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> Non
     numbers, state = _state(constants)
     candidates = unpack_candidates(len(constants.radius), *around.arrays[2:])
     sizes = len(constants.lower), len(constants.radius), len(constants.margin)
-    space, scratch, program = _one_pair(), np.zeros(SCRATCH.size(*sizes)), np.zeros(1)
-    inputs = Inputs(constants, candidates, *space, SCRATCH.views(scratch, *sizes), program)
+    space, scratch, program = _one_pair(), np.zeros(MOTION_SPACE.size(*sizes)), np.zeros(1)
+    inputs = Inputs(constants, candidates, *space, MOTION_SPACE.views(scratch, *sizes), program)
     # Distances first: the process with the tree needs their kernels next.
     measure(inputs, state.start, state.end, inputs.scratch.within, state.distance)
     measure_distances(constants, candidates, state.start, state.end, state.distance)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array, IntArray
 from ..certificate.certify_kernel import KEPT, OVERFULL, UNCOVERED, certify_motion, measure_state
-from ..certificate.inputs import SCRATCH, PairSpace
+from ..certificate.inputs import MOTION_SPACE, PairSpace
 from ..certificate.sweep_kernel import motion_sag
 from ..errors import ControlError, InputError, StartRefused
 from ..kernels.array_table import table_of
@@ -95,7 +95,7 @@ class ControlContext:
         self._program = np.empty(workspace_size(dof + 1, self._rows))
         # Of the state after a step and the answer of a program without given rows, of which each takes one more.
         self._step_size = self.layout.size + answer_size(dof, dof + 1, MAX_ROWS)
-        self._pairs, self._scratch = PairSpace.of(_PAIRS), np.empty(SCRATCH.size(*sizes))
+        self._pairs, self._scratch = PairSpace.of(_PAIRS), np.empty(MOTION_SPACE.size(*sizes))
         self.table = self._made_table()
 
     @property
