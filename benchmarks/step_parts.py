@@ -18,14 +18,12 @@ import numba
 import numpy as np
 
 from vfix_engine.certificate.certify_kernel import certify_motion
-from vfix_engine.certificate.constants import unpack_candidates, unpack_constants
+from vfix_engine.certificate.inputs import unpack_inputs
 from vfix_engine.certificate.measure_kernel import measure, place
 from vfix_engine.control import Controller, StepRequest, StepState, qp
-from vfix_engine.control.dual_kernel import solve_dual
+from vfix_engine.control.dual_kernel import solve_within, solver_size, solver_views
 from vfix_engine.control.problem_kernel import DUAL_TOLERANCE, PRIMAL_TOLERANCE, check_kkt, prepare
-from vfix_engine.control.step_kernel import answer_size, answer_views, fused_step, program_size, program_views
-from vfix_engine.kernels.array_table import table_of
-from vfix_engine.proximity.pairs import MAX_ROWS
+from vfix_engine.control.step_kernel import answer_of, fused_step, program_size, program_views
 from vfix_engine.virtual_fixtures.state_kernel import state_views
 
 PARTS = ("kinematics", "proximity", "rows", "qp", "certificate")
@@ -33,8 +31,11 @@ REPEATS = 20  # of a kernel for its floor
 CALLS = 7  # of a part, of which the median is used; the first call is not timed
 
 
+_LIKE_KERNELS: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
+
+
 def _bare(function: Any) -> Any:
-    return numba.njit(error_model="numpy")(function)
+    return numba.njit(**_LIKE_KERNELS)(function)
 
 
 def _repeated(kernel: Any) -> Any:
@@ -53,25 +54,25 @@ def _nothing(*_):  # type: ignore[no-untyped-def]
 
 
 @_bare
-def _kinematics(times, numbers, counts, after):  # type: ignore[no-untyped-def]
-    constants = unpack_constants(numbers, counts)
+def _kinematics(times, table, after):  # type: ignore[no-untyped-def]
+    constants = unpack_inputs(table).constants
     s = state_views(after, len(constants.lower), len(constants.radius), len(constants.margin))
     for _ in range(times):
         place(constants, s.q, s.position, s.rotation, s.jacobian, s.start, s.end)
 
 
 @_bare
-def _proximity(times, numbers, counts, candidate_arrays, after, rows, labels, body):  # type: ignore[no-untyped-def]
-    constants = unpack_constants(numbers, counts)
-    candidates = unpack_candidates(len(constants.radius), *candidate_arrays)
+def _proximity(times, table, after):  # type: ignore[no-untyped-def]
+    inputs = unpack_inputs(table)
+    constants = inputs.constants
     s = state_views(after, len(constants.lower), len(constants.radius), len(constants.margin))
     for _ in range(times):
-        measure(constants, candidates, s.start, s.end, constants.threshold, s.distance, rows, labels, body)
+        measure(inputs, s.start, s.end, inputs.scratch.within, s.distance)  # as far as in the step before
 
 
 @_bare
-def _solve(hessian, gradient, rows, upper, lower, x, multiplier):  # type: ignore[no-untyped-def]
-    solve_dual(hessian, gradient, rows, upper, lower, x, multiplier)
+def _solve(hessian, gradient, rows, upper, lower, x, multiplier, workspace):  # type: ignore[no-untyped-def]
+    solve_within(hessian, gradient, rows, upper, lower, x, multiplier, workspace)
     check_kkt(hessian, gradient, rows, upper, lower, x, multiplier, PRIMAL_TOLERANCE, DUAL_TOLERANCE)
 
 
@@ -92,25 +93,22 @@ class StepParts:
         if scale is None or not scale > 0.0 or task.constraints:
             return
         context = self._controller.context
-        arrays, pair = context.surroundings.arrays, context._pairs
-        n, before = len(state.q), state.numbers
+        n, count, before, after = len(state.q), len(state.pairs), state.numbers, context.step_numbers(0)
         wanted, given = qp.join_objectives(task.objectives, n + 1), context.no_rows
-        workspace, after = np.zeros(program_size(n + 1, MAX_ROWS)), before.copy()
-        answer = np.zeros(answer_size(n, n + 1, MAX_ROWS))
         inputs = (before, *wanted, given.matrix, given.bound, scale)
-        hessian, gradient, upper, lower, matrix = program_views(workspace, n + 1, len(state.pairs))
-        step, x, multiplier = answer_views(answer, n, n + 1, len(state.pairs))
+        program, answer = np.empty(program_size(n + 1, count)), answer_of(after, context.layout.size, n, count)
+        hessian, gradient, upper, lower, matrix = program_views(program, n + 1, count)
         solver = (hessian, gradient, matrix, upper, lower)
-        whole = (table_of((*arrays, *pair, workspace)), *inputs, np.zeros(n), answer, after)
+        workspace = solver_views(np.empty(solver_size(n + 1, count)), n + 1, count)
+        whole = (context.table, *inputs, np.zeros(n), after)
         compiled = _seconds(fused_step, whole)
         self._taken["handing_over"].append(_seconds(_nothing, whole))
         self._taken["python"].append(_seconds(self._step, (state, task)) - compiled)
-        self._part("rows", _rows, (*arrays[:2], *inputs, *solver))
-        self._part("qp", _qp, (*solver, x, multiplier))
-        step[:] = x[:n] * scale
-        self._part("kinematics", _kinematics, (*arrays[:2], after))
-        self._part("proximity", _proximity, (*arrays[:2], arrays[2:], after, *pair))
-        self._part("certify", _certify, (*arrays, before, step, after, *pair))
+        self._part("rows", _rows, (*context.packed, *inputs, *solver))
+        self._part("qp", _qp, (*solver, answer.x, answer.multiplier, workspace))
+        self._part("certify", _certify, (context.table, before, answer.step, after))
+        self._part("kinematics", _kinematics, (context.table, after))
+        self._part("proximity", _proximity, (context.table, after))
 
     def told(self, median_us: float) -> tuple[dict[str, float], dict[str, float]]:
         """Return the median µs of each part, which add up to those of a driven step, and of its floor.

@@ -4,7 +4,7 @@ A pair's row is −n·ΔP ≤ bound, and no point of segment s moves further tha
 a row with a bound of m_s or more holds for every such step and is left out without effect on the solution.
 Those joint bounds include the accelerations. The program of an emergency has wider ones (``joint_bounds``), which may
 violate a row that was left out; as with every row, the certificate then refuses a motion that comes too near.
-Of the remaining rows, nearly redundant ones are dropped, nearest first kept (``geometry.pairs.select``).
+Of the remaining rows, nearly redundant ones are dropped, nearest first kept (``proximity.pairs.select``).
 A dropped row nearly equals a nearer one; where the difference matters, the certificate refuses the step.
 """
 
@@ -13,14 +13,15 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array, Int32Array
-from ..kernels.compiled import compiled
-from ..proximity.pairs import COSINE, MAX_ROWS, RADIUS_MM, select
-from ..virtual_fixtures.state_kernel import BODY, SEGMENT, TRIANGLE
+from ..kernels.compiled import merged
+from ..proximity.pairs import COSINE, RADIUS_MM, select
+from ..virtual_fixtures.state_kernel import BODY, SEGMENT, TRIANGLE, StateViews
 from ..virtual_fixtures.stopping import stopping_distance
 from .constants import StepConstants
+from .inputs import SLACK
 
 
-@compiled
+@merged
 def largest_moves(box: Array, position: Array, jacobian: Array, start: Array, end: Array, move: Array) -> None:
     """Bound (S,) in mm of the displacement of any point of each segment in the next step, reached at one of its ends.
 
@@ -43,9 +44,17 @@ def largest_moves(box: Array, position: Array, jacobian: Array, start: Array, en
             move[s] = max(move[s], total)
 
 
-@compiled
+@merged
+def binding_slack(constants: StepConstants, state: StateViews, slack: Array) -> None:
+    """Write for each segment the slack (S,) to a buffered margin from which on its pairs cannot be active."""
+    largest_moves(state.box, state.position, state.jacobian, state.start, state.end, slack)
+    for s in range(len(slack)):
+        slack[s] = stopping_distance(slack[s], constants.change)
+
+
+@merged
 def binding(
-    constants: StepConstants, move: Array, rows: Array, labels: Int32Array, body: Int32Array, found: int, pairs: Array
+    constants: StepConstants, slack: Array, rows: Array, labels: Int32Array, order: Int32Array, found: int, pairs: Array
 ) -> int:
     """Write the pairs that can be active, at least one, by increasing distance to their margin; return their number.
 
@@ -53,40 +62,24 @@ def binding(
     written.
 
     Args:
-        move: (S,) from ``largest_moves``; rows, labels, body: the ``found`` pairs of ``measure``.
+        slack: (S,) see ``binding_slack``; rows, labels, order: the ``found`` pairs of ``measure``, see ``Inputs``.
         pairs: (MAX_ROWS, 13) out, see ``state_kernel``.
     """
-    limit = np.empty(len(move))
-    for s in range(len(move)):
-        limit[s] = stopping_distance(move[s], constants.change)
-    free, nearest = np.empty(found), 0
+    nearest = 0
     for i in range(found):
-        free[i] = rows[i, 0] - constants.buffered_margin[body[i]]
-        if free[i] < free[nearest]:
+        rows[i, SLACK] = rows[i, 0] - constants.buffered_margin[labels[i, 2]]
+        if rows[i, SLACK] < rows[nearest, SLACK]:
             nearest = i
-    waiting, slack = np.empty(found, np.int32), np.empty(found)
     left = 0
     for i in range(found):
-        if i == nearest or free[i] < limit[labels[i, 0]]:
-            waiting[left], slack[left] = i, free[i]
+        if i == nearest or rows[i, SLACK] < slack[labels[i, 0]]:
+            order[left] = i
             left += 1
-    if left == 1:
-        _write_pair(rows, labels, body, nearest, pairs[0])
-        return 1
-    normal, point, segment = np.empty((left, 3)), np.empty((left, 3)), np.empty(left, np.int32)
-    for i in range(left):
-        row = rows[waiting[i]]
-        for k in range(3):
-            normal[i, k], point[i, k] = row[1 + k], row[4 + k]
-        segment[i] = labels[waiting[i], 0]
-    chosen = select(slack[:left], normal, point, segment, MAX_ROWS, COSINE, RADIUS_MM)
-    for i in range(len(chosen)):
-        _write_pair(rows, labels, body, waiting[chosen[i]], pairs[i])
-    return len(chosen)
-
-
-@compiled
-def _write_pair(rows: Array, labels: Int32Array, body: Int32Array, source: int, pair: Array) -> None:
-    for k in range(10):
-        pair[k] = rows[source, k]
-    pair[SEGMENT], pair[TRIANGLE], pair[BODY] = labels[source, 0], labels[source, 1], body[source]
+    kept = order[len(rows) :]
+    count = select(rows, labels, SLACK, order, left, COSINE, RADIUS_MM, kept)
+    for i in range(count):
+        source = kept[i]
+        for k in range(10):
+            pairs[i, k] = rows[source, k]
+        pairs[i, SEGMENT], pairs[i, TRIANGLE], pairs[i, BODY] = labels[source, 0], labels[source, 1], labels[source, 2]
+    return count

@@ -16,24 +16,26 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Array, Float32Array, Int32Array, IntArray
-from ..kernels.compiled import compiled, inlined
+from ..arrays import Array, IntArray
+from ..kernels.compiled import compiled, merged, no_refcount
 from ..virtual_fixtures.joint_limits import step_box
 from ..virtual_fixtures.state_kernel import BROKEN_COUNT, PAIR_COUNT, StateViews, state_views
-from .bind_kernel import binding, largest_moves
-from .constants import CandidateTriangles, StepConstants, unpack_candidates, unpack_constants
-from .measure_kernel import candidates_suffice, measure, place
+from .bind_kernel import binding, binding_slack
+from .constants import CandidateTriangles, StepConstants
+from .inputs import Inputs, unpack_inputs
+from .measure_kernel import candidates_suffice, measure, measure_distances, place
 from .sweep_kernel import acceleration_bound, chords
 
 AT_LIMIT = 1e-6  # [mm or rad] tolerance of solvers: a step that exceeds a joint's range by less ends at its limit
 SWEEP_TOLERANCE_MM = 1e-3  # how far the bound between two poses may be below the margin
 HALVINGS = 5
 _GRID = 1 << HALVINGS
+_ROUNDING_MM = 1e-6  # added to distances up to which pairs are searched, far above rounding
 
 KEPT, REFUSED, UNCOVERED, OVERFULL = range(4)  # verdicts
 
 
-@compiled
+@no_refcount
 def _above(distance: Array, floor: Array) -> bool:
     """Whether every distance is a number not below its floor."""
     for b in range(distance.shape[0]):
@@ -43,7 +45,7 @@ def _above(distance: Array, floor: Array) -> bool:
     return True
 
 
-@compiled
+@no_refcount
 def _clear_between(one: Array, two: Array, chord: Array, sag: float, floor: Array) -> bool:
     """Whether the bound between two poses respects the floor; ``one``, ``two``: distances (B, S) at its ends."""
     for b in range(floor.shape[0]):
@@ -54,7 +56,7 @@ def _clear_between(one: Array, two: Array, chord: Array, sag: float, floor: Arra
     return True
 
 
-@inlined
+@compiled
 def _clear_in_halves(
     constants: StepConstants, candidates: CandidateTriangles, q: Array, step: Array, start: Array, end: Array,
     distance: Array, last_start: Array, last_end: Array, last_distance: Array, curve: float, floor: Array,
@@ -71,7 +73,6 @@ def _clear_in_halves(
             distances[0, b, s], distances[_GRID, b, s] = distance[b, s], last_distance[b, s]
     between, chord = np.empty(n), np.empty(count)
     position, rotation, jacobian = np.empty(3), np.empty((3, 3)), np.empty((6, n))
-    rows, labels, body = np.empty((0, 10)), np.empty((0, 2), np.int32), np.empty(0, np.int32)
     stack = np.empty((HALVINGS + 2, 2), np.int64)
     stack[0, 0], stack[0, 1] = 0, _GRID
     top = 1
@@ -90,7 +91,7 @@ def _clear_in_halves(
         place(constants, between, position, rotation, jacobian, starts[middle], ends[middle])
         if not candidates_suffice(constants, candidates, starts[middle], ends[middle]):
             return UNCOVERED
-        measure(constants, candidates, starts[middle], ends[middle], -np.inf, distances[middle], rows, labels, body)
+        measure_distances(constants, candidates, starts[middle], ends[middle], distances[middle])
         if not _above(distances[middle], floor):
             return REFUSED
         stack[top, 0], stack[top, 1] = middle, j
@@ -99,107 +100,122 @@ def _clear_in_halves(
     return KEPT
 
 
-@compiled
-def _complete(
-    constants: StepConstants, state: StateViews, rows: Array, labels: Int32Array, body: Int32Array, found: int
-) -> None:
-    """Write the joint bounds of a measured state's next step, and its pairs that can be active in that step."""
+@merged
+def _write_box(constants: StepConstants, state: StateViews) -> None:
+    """Write the joint bounds of a state's next step."""
     state.counts[BROKEN_COUNT] = step_box(
         state.q, state.velocity, constants.lower, constants.upper, constants.speed, constants.acceleration,
         constants.dt, state.box[0], state.box[1],
     )  # fmt: skip
+
+
+@merged
+def _write_pairs(inputs: Inputs, state: StateViews, found: int) -> None:
+    """Write the pairs of a measured state that can be active in its next step."""
     state.counts[PAIR_COUNT] = 0
     if found > 0:
-        move = np.empty(len(constants.radius))
-        largest_moves(state.box, state.position, state.jacobian, state.start, state.end, move)
-        state.counts[PAIR_COUNT] = binding(constants, move, rows, labels, body, found, state.pairs)
+        state.counts[PAIR_COUNT] = binding(
+            inputs.constants, inputs.scratch.slack, inputs.rows, inputs.labels, inputs.order, found, state.pairs
+        )
 
 
-@compiled
-def measure_state(
-    numbers: Array, counts: IntArray,
-    boxes: Float32Array, corners: Array, label: Int32Array, first: Int32Array, poses: Array,
-    numbers_out: Array, rows: Array, labels: Int32Array, body: Int32Array,
-) -> tuple[int, int]:  # fmt: skip
+@no_refcount
+def measure_state(table: IntArray, numbers: Array) -> tuple[int, int]:
     """Complete a packed state whose joints and velocity are set.
 
-    Args: see ``certify_motion``.
+    Args:
+        table: see ``inputs.unpack_inputs``.
 
     Returns:
         KEPT, UNCOVERED or OVERFULL, and the required number of rows, see ``certify_motion``.
     """
-    constants = unpack_constants(numbers, counts)
-    candidates = unpack_candidates(len(constants.radius), boxes, corners, label, first, poses)
-    state = state_views(numbers_out, len(constants.lower), len(constants.radius), len(constants.margin))
+    inputs = unpack_inputs(table)
+    constants, within = inputs.constants, inputs.scratch.within
+    state = state_views(numbers, len(constants.lower), len(constants.radius), len(constants.margin))
     place(constants, state.q, state.position, state.rotation, state.jacobian, state.start, state.end)
-    if not candidates_suffice(constants, candidates, state.start, state.end):
+    if not candidates_suffice(constants, inputs.candidates, state.start, state.end):
         return UNCOVERED, 0
-    found = measure(
-        constants, candidates, state.start, state.end, constants.threshold, state.distance, rows, labels, body
-    )  # fmt: skip
-    if found > len(rows):
+    for b in range(within.shape[0]):
+        for s in range(within.shape[1]):
+            within[b, s] = constants.threshold
+    found = measure(inputs, state.start, state.end, within, state.distance)
+    if found > len(inputs.rows):
         return OVERFULL, found
-    _complete(constants, state, rows, labels, body, found)
+    _write_box(constants, state)
+    binding_slack(constants, state, inputs.scratch.slack)
+    _write_pairs(inputs, state, found)
     return KEPT, 0
 
 
-@compiled
-def certify_motion(
-    numbers: Array, counts: IntArray,
-    boxes: Float32Array, corners: Array, label: Int32Array, first: Int32Array, poses: Array,
-    before: Array, step: Array, after: Array, rows: Array, labels: Int32Array, body: Int32Array,
-) -> tuple[int, int, float]:  # fmt: skip
+@no_refcount
+def certify_motion(table: IntArray, before: Array, step: Array, after: Array) -> tuple[int, int, float]:
+    """``certify`` with the inputs in a table, see ``inputs.unpack_inputs``."""
+    return certify(unpack_inputs(table), before, step, after)
+
+
+@merged
+def certify(inputs: Inputs, before: Array, step: Array, after: Array) -> tuple[int, int, float]:
     """Certify the motion from the packed state ``before`` by ``step`` (n,), and write the state at its end.
 
     Args:
-        numbers, counts: a ``PackedConstants``; boxes … poses: packed candidates.
         after: out, a packed state (see ``state_kernel``); its pose is written for every verdict.
-        rows, labels, body: (R, …) workspace for the pairs within the threshold.
 
     Returns:
         KEPT, REFUSED, UNCOVERED (gather the triangles around the end pose with the returned displacement as additional
         slack) or OVERFULL (the workspace has too few rows); the required number of rows; the largest distance in mm of
         a point of the tool during the motion from its final position.
     """
-    constants = unpack_constants(numbers, counts)
-    candidates = unpack_candidates(len(constants.radius), boxes, corners, label, first, poses)
+    constants, candidates = inputs.constants, inputs.candidates
     n, count, bodies = len(constants.lower), len(constants.radius), len(constants.margin)
     state, new = state_views(before, n, count, bodies), state_views(after, n, count, bodies)
-    q, start, end, distance = state.q, state.start, state.end, state.distance
-    new_q, new_start, new_end, new_distance = new.q, new.start, new.end, new.distance
-    made = np.empty(n)  # the step, clipped to the joints' ranges
+    made, chord, slack, floor, within, _, _ = inputs.scratch
     for j in range(n):
-        low, high = min(constants.lower[j], q[j]), max(constants.upper[j], q[j])
-        new_q[j], made[j] = q[j] + step[j], step[j]
-        if not (np.abs(step[j]) < np.inf and low - AT_LIMIT <= new_q[j] <= high + AT_LIMIT):
+        low, high = min(constants.lower[j], state.q[j]), max(constants.upper[j], state.q[j])
+        new.q[j], made[j] = state.q[j] + step[j], step[j]
+        if not (np.abs(step[j]) < np.inf and low - AT_LIMIT <= new.q[j] <= high + AT_LIMIT):
             return REFUSED, 0, 0.0
-        if not low <= new_q[j] <= high:
-            new_q[j] = min(max(new_q[j], low), high)
-            made[j] = new_q[j] - q[j]
+        if not low <= new.q[j] <= high:
+            new.q[j] = min(max(new.q[j], low), high)
+            made[j] = new.q[j] - state.q[j]
         new.velocity[j] = made[j] / constants.dt
-    place(constants, new_q, new.position, new.rotation, new.jacobian, new_start, new_end)
-    chord, floor = np.empty(count), np.empty((bodies, count))
-    chords(start, end, new_start, new_end, chord)
-    curve = acceleration_bound(constants.chain, constants.links, constants.reach, q, made)
-    displacement = chord.max() + curve / 8.0
-    if not candidates_suffice(constants, candidates, new_start, new_end):
+    place(constants, new.q, new.position, new.rotation, new.jacobian, new.start, new.end)
+    longest = chords(state.start, state.end, new.start, new.end, chord)
+    curve = acceleration_bound(constants.chain, constants.links, constants.reach, state.q, made)
+    displacement = longest + curve / 8.0
+    if not candidates_suffice(constants, candidates, new.start, new.end):
         return UNCOVERED, 0, displacement
-    found = measure(constants, candidates, new_start, new_end, constants.threshold, new_distance, rows, labels, body)
-    if found > len(rows):
+    _write_box(constants, new)
+    binding_slack(constants, new, slack)
+    _write_within(constants, state.distance, chord, slack, within)
+    found = measure(inputs, new.start, new.end, within, new.distance)
+    if found > len(inputs.rows):
         return OVERFULL, found, displacement
     for b in range(bodies):
         for s in range(count):
             # A surface has no inside: closer to an axis than the sweep tolerance, a crossing could go undetected.
-            if b < len(candidates.frame) and distance[b, s] <= SWEEP_TOLERANCE_MM - constants.radius[s]:
+            if b < len(candidates.frame) and state.distance[b, s] <= SWEEP_TOLERANCE_MM - constants.radius[s]:
                 return REFUSED, 0, displacement
-            floor[b, s] = min(distance[b, s], constants.margin[b])
-    if not _above(new_distance, floor):
+            floor[b, s] = min(state.distance[b, s], constants.margin[b])
+    if not _above(new.distance, floor):
         return REFUSED, 0, displacement
-    if not _clear_between(distance, new_distance, chord, curve / 8.0, floor):
+    if not _clear_between(state.distance, new.distance, chord, curve / 8.0, floor):
         verdict = _clear_in_halves(
-            constants, candidates, q, made, start, end, distance, new_start, new_end, new_distance, curve, floor
-        )
+            constants, candidates, state.q, made, state.start, state.end, state.distance,
+            new.start, new.end, new.distance, curve, floor,
+        )  # fmt: skip
         if verdict != KEPT:
             return verdict, 0, displacement
-    _complete(constants, new, rows, labels, body, found)
+    _write_pairs(inputs, new, found)
     return KEPT, 0, displacement
+
+
+@merged
+def _write_within(constants: StepConstants, distance: Array, chord: Array, slack: Array, within: Array) -> None:
+    """Write up to which distances (B, S) a pair can be the nearest one at the end of a motion, or active after it.
+
+    A distance grows by at most the chord. distance: (B, S) before the motion; slack: see ``binding_slack``.
+    """
+    for b in range(within.shape[0]):
+        for s in range(within.shape[1]):
+            far = max(distance[b, s] + chord[s], constants.buffered_margin[b] + slack[s]) + _ROUNDING_MM
+            within[b, s] = far if far < constants.threshold else constants.threshold

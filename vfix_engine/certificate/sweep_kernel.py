@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array, IntArray
-from ..kernels.compiled import compiled
+from ..kernels.compiled import compiled, no_refcount
 from ..robots.chain_kernel import Chain
 from .constants import unpack_constants
 
 
-@compiled
+@no_refcount
 def acceleration_bound(chain: Chain, links: Array, reach: float, q: Array, step: Array) -> float:
     """Bound ‖P''(s)‖ in mm for every point P of the tool on the motion q + s·step, s in [0, 1].
 
@@ -45,12 +45,18 @@ def motion_sag(numbers: Array, counts: IntArray, q: Array, q_after: Array) -> fl
     return acceleration_bound(constants.chain, constants.links, constants.reach, q, q_after - q) / 8.0
 
 
-@compiled
-def chords(start: Array, end: Array, new_start: Array, new_end: Array, chord: Array) -> None:
-    """Largest displacement (S,) of any point of each segment between two poses, which one of its ends has."""
+@no_refcount
+def chords(start: Array, end: Array, new_start: Array, new_end: Array, chord: Array) -> float:
+    """Write the largest displacement (S,) of any point of each segment between two poses, and return that of all.
+
+    One of the segment's ends has it.
+    """
+    largest = 0.0
     for s in range(len(chord)):
         one, two = 0.0, 0.0
         for k in range(3):
             one += (new_start[s, k] - start[s, k]) ** 2
             two += (new_end[s, k] - end[s, k]) ** 2
         chord[s] = np.sqrt(max(one, two))
+        largest = max(largest, chord[s])
+    return largest

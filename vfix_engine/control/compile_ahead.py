@@ -9,16 +9,17 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arrays import Array
-from ..certificate.bind_kernel import binding, largest_moves
+from ..certificate.bind_kernel import binding, binding_slack
 from ..certificate.certify_kernel import certify_motion, measure_state
 from ..certificate.constants import StepConstants, unpack_candidates, unpack_constants
-from ..certificate.measure_kernel import candidates_suffice, measure, place
+from ..certificate.inputs import COLUMNS, MOTION_SPACE, Inputs, PairSpace
+from ..certificate.measure_kernel import candidates_suffice, measure, measure_distances, place
 from ..certificate.sweep_kernel import acceleration_bound, chords
 from ..geometry.capsules import Segments
 from ..geometry.mesh import TriangleMesh
+from ..kernels.array_table import table_of
 from ..proximity.candidate_kernels import pack
 from ..proximity.candidates import CandidateList
 from ..proximity.pairs import MAX_ROWS
@@ -31,7 +32,7 @@ from .problem_kernel import DUAL_TOLERANCE, PRIMAL_TOLERANCE, check_kkt, prepare
 from .request_kernel import load_requests, task_numbers
 from .settings import ControlSettings
 from .shaft_kernel import load_shaft_rows
-from .step_kernel import answer_size, answer_views, program_size, program_views
+from .step_kernel import program_views, workspace_size
 from .surroundings import Surroundings
 
 
@@ -41,28 +42,31 @@ def call_parts(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> Non
     around.gather(around.constants.start, around.constants.end)
     constants = unpack_constants(*around.packed)
     numbers, state = _state(constants)
-    # Distances first: the process with the tree needs their kernels next.
     candidates = unpack_candidates(len(constants.radius), *around.arrays[2:])
-    rows, labels, body = _one_pair()
-    measure(constants, candidates, state.start, state.end, constants.threshold, state.distance, rows, labels, body)
+    sizes = len(constants.lower), len(constants.radius), len(constants.margin)
+    space, scratch, program = _one_pair(), np.zeros(MOTION_SPACE.size(*sizes)), np.zeros(1)
+    inputs = Inputs(constants, candidates, *space, MOTION_SPACE.views(scratch, *sizes), program)
+    # Distances first: the process with the tree needs their kernels next.
+    measure(inputs, state.start, state.end, inputs.scratch.within, state.distance)
+    measure_distances(constants, candidates, state.start, state.end, state.distance)
     candidates_suffice(constants, candidates, state.start, state.end)
     place(constants, state.q, state.position, state.rotation, state.jacobian, state.start, state.end)
-    measure_state(*around.arrays, numbers, rows, labels, body)
-    certify_motion(*around.arrays, numbers, np.zeros(len(state.q)), numbers.copy(), rows, labels, body)
+    table = table_of((*around.arrays, *space, scratch, program))
+    measure_state(table, numbers)
+    certify_motion(table, numbers, np.zeros(len(state.q)), numbers.copy())
 
 
 def call_motion(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> None:
     """Compile the motion bounds between two poses and within a step, and the selection of pairs that can bind."""
     constants = unpack_constants(*_surroundings(robot, tool, settings).packed)
     _, s = _state(constants)
-    rows, labels, body = _one_pair()
     move, pairs = np.empty(len(constants.radius)), np.empty((MAX_ROWS, PAIR))
     chords(s.start, s.end, s.start, s.end, move)
     acceleration_bound(constants.chain, constants.links, constants.reach, s.q, s.velocity)
     limits = (constants.lower, constants.upper, constants.speed, constants.acceleration, constants.dt)
     step_box(s.q, s.velocity, *limits, s.box[0], s.box[1])
-    largest_moves(s.box, s.position, s.jacobian, s.start, s.end, move)
-    binding(constants, move, rows, labels, body, 1, pairs)
+    binding_slack(constants, s, move)
+    binding(constants, move, *_one_pair(), 1, pairs)
 
 
 def call_solver(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> None:
@@ -70,10 +74,9 @@ def call_solver(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> No
     packed = _surroundings(robot, tool, settings).packed
     joints, segments, bodies = packed.counts[:3].tolist()
     numbers = np.zeros(state_size(joints, segments, bodies))
-    workspace = np.zeros(program_size(joints + 1, MAX_ROWS))
+    workspace = np.zeros(workspace_size(joints + 1, 0))
     hessian, gradient, upper, lower, rows = program_views(workspace, joints + 1, 0)
-    answer = np.zeros(answer_size(joints, joints + 1, MAX_ROWS))
-    _, x, multiplier = answer_views(answer, joints, joints + 1, 0)
+    x, multiplier = np.zeros(joints + 1), np.zeros(joints + 1)
     given = qp.join_constraints((), joints + 1)
     prepare(
         *packed, numbers, np.eye(1, joints + 1), np.ones(1), np.ones(1), given.matrix, given.bound,
@@ -99,9 +102,9 @@ def _state(constants: StepConstants) -> tuple[Array, StateViews]:
     return numbers, state_views(numbers, *sizes)
 
 
-def _one_pair() -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
-    """Return a workspace for one pair."""
-    return np.ones((1, 10)), np.zeros((1, 2), np.int32), np.zeros(1, np.int32)
+def _one_pair() -> PairSpace:
+    """Return a workspace with one pair."""
+    return PairSpace(np.ones((1, COLUMNS)), np.zeros((1, 3), np.int32), np.zeros(1 + MAX_ROWS, np.int32))
 
 
 def _surroundings(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> Surroundings:

@@ -6,13 +6,14 @@ For the meaning and the proof of a certificate see ``certify_kernel`` and docs/s
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Array, Int32Array, IntArray
+from ..arrays import Array, IntArray
 from ..certificate.certify_kernel import KEPT, OVERFULL, UNCOVERED, certify_motion, measure_state
+from ..certificate.inputs import MOTION_SPACE, PairSpace
 from ..certificate.sweep_kernel import motion_sag
 from ..errors import ControlError, InputError, StartRefused
 from ..kernels.array_table import table_of
@@ -26,7 +27,7 @@ from ..virtual_fixtures.zones import Zone, refuse_start
 from . import qp
 from .request_kernel import task_numbers
 from .settings import ControlSettings
-from .step_kernel import answer_size, fused_step, program_size
+from .step_kernel import answer_size, workspace_size
 from .surroundings import SLACK_MM, Surroundings
 
 _PAIRS = 2048  # initial capacity of the workspace
@@ -35,29 +36,11 @@ _RESTING_MM = 1e-6  # a shorter motion has no direction
 _ATTEMPTS = 4  # a motion is certified again at most once for each kind of missing data
 
 
-class FusedStep(NamedTuple):
-    """Result of the fused kernel: its verdict (see ``certify_kernel``) and the location of its numbers.
-
-    needed, displacement: data that was missing where it could not decide, see ``provide``.
-    share: fraction of the wanted motion that the solution achieves; rows, scale: of the program, in ``workspace``.
-    answer: see ``step_kernel.answer_views``; after: packed state at the end of the motion.
-    """
-
-    verdict: int
-    needed: int
-    displacement: float
-    share: float
-    rows: int
-    scale: float
-    workspace: Array
-    answer: Array
-    after: Array
-
-
 class ControlContext:
     """Robot, tool, anatomy, zones and settings: everything that is constant over the steps of a controller.
 
-    It holds workspaces and a cache of near triangles; neither affects any result.
+    It holds workspaces and a cache of near triangles; neither affects any result. ``table`` has the addresses of these
+    and of the constants, see ``certificate.inputs``.
     A context serves one thread and one ``Problem`` at a time: the next problem reuses the workspace.
 
     Args:
@@ -107,12 +90,13 @@ class ControlContext:
         self.no_rows = qp.join_constraints((), self.layout.dof + 1)
         self.no_gain = np.zeros(self.layout.dof)
         self.generation = 0  # number of the problem that owns the program's workspace
+        dof = self.layout.dof
         self._rows = MAX_ROWS
-        self._program = np.empty(program_size(self.layout.dof + 1, self._rows))
-        self._state_size = self.layout.size
-        self._answer_size = answer_size(self.layout.dof, self.layout.dof + 1, MAX_ROWS)
-        self._pairs = _pair_workspace(_PAIRS)
-        self._table = self._made_table()
+        self._program = np.empty(workspace_size(dof + 1, self._rows))
+        # Of the state after a step and the answer of a program without given rows, of which each takes one more.
+        self._step_size = self.layout.size + answer_size(dof, dof + 1, MAX_ROWS)
+        self._pairs, self._scratch = PairSpace.of(_PAIRS), np.empty(MOTION_SPACE.size(*sizes))
+        self.table = self._made_table()
 
     @property
     def structures(self) -> tuple[str, ...]:
@@ -166,7 +150,7 @@ class ControlContext:
         layout.part(numbers, "q")[:] = self._joints("q", q)
         layout.part(numbers, "velocity")[:] = 0.0 if velocity is None else self._joints("the velocity", velocity)
         for _ in range(_ATTEMPTS):
-            verdict, needed = measure_state(*self.surroundings.arrays, numbers, *self._pairs)
+            verdict, needed = measure_state(self.table, numbers)
             if verdict == KEPT:
                 return StepState.measured(self, layout, numbers)
             self.provide(verdict, needed, numbers, numbers, 0.0)
@@ -200,7 +184,7 @@ class ControlContext:
         before: Array = state.numbers
         after = np.empty(self.layout.size)
         for _ in range(_ATTEMPTS):
-            verdict, needed, displacement = certify_motion(*self.surroundings.arrays, before, step, after, *self._pairs)
+            verdict, needed, displacement = certify_motion(self.table, before, step, after)
             if verdict == KEPT:
                 return StepState.measured(self, self.layout, after)
             if verdict not in (UNCOVERED, OVERFULL):
@@ -208,53 +192,44 @@ class ControlContext:
             self.provide(verdict, needed, before, after, displacement)
         return None
 
-    def fused_step(
-        self, state: StepState, wanted: qp.ObjectiveRows, given: qp.ConstraintRows, scale: float, motion_gain: Array
-    ) -> FusedStep:
-        """Assemble, solve and certify a program without slack variables in one compiled call."""
-        after = np.empty(self._state_size)
-        if given is self.no_rows:
-            workspace, answer = self._program, np.empty(self._answer_size)
-        else:
-            dof, count = self.layout.dof, len(given.bound) + MAX_ROWS
-            workspace, answer = self.program_workspace(dof + 1, count), np.empty(answer_size(dof, dof + 1, count))
-        found = fused_step(
-            self._table, state.numbers, *wanted, given.matrix, given.bound, scale, motion_gain, answer, after
-        )
-        return FusedStep(*found, workspace, answer, after)
+    def step_numbers(self, rows: int) -> Array:
+        """Allocate the packed state after a step and its answer, for a program with so many given rows."""
+        if rows + MAX_ROWS > self._rows:
+            self.program_workspace(self.layout.dof + 1, rows + MAX_ROWS)
+        return np.empty(self._step_size + rows)
 
     def program_workspace(self, unknowns: int, rows: int) -> Array:
         """Return the workspace of a program, enlarged if needed for the given numbers of unknowns and rows."""
         usual = unknowns == self.layout.dof + 1
         if usual and rows <= self._rows:
             return self._program
-        size = program_size(unknowns, rows)
+        size = workspace_size(unknowns, rows)
         if size > len(self._program):
             self._program = np.empty(size)
-            self._table = self._made_table()
+            self.table = self._made_table()
         if usual:
             self._rows = rows
         return self._program
 
     def _made_table(self) -> IntArray:
-        """Build the argument table of the fused steps; the arrays are kept as attributes to keep their memory alive."""
-        self._in_table = (*self.surroundings.arrays, *self._pairs, self._program)
+        """Build the kernels' table of inputs; the arrays are kept as attributes to keep their memory alive."""
+        self._in_table = (*self.surroundings.arrays, *self._pairs, self._scratch, self._program)
         return table_of(self._in_table)
 
     def __getstate__(self) -> dict[str, Any]:
         """Omit the table, which holds addresses of this context's arrays; a copy builds its own."""
         state = self.__dict__.copy()
-        del state["_table"], state["_in_table"]
+        del state["table"], state["_in_table"]
         return state
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
-        self._table = self._made_table()
+        self.table = self._made_table()
 
     def provide(self, verdict: int, needed: int, before: Array, after: Array, displacement: float) -> None:
         """Provide what a kernel lacked for the motion between two states: pair workspace, or triangles around it."""
         if verdict == OVERFULL:
-            self._pairs = _pair_workspace(2 * needed)
+            self._pairs = PairSpace.of(2 * needed)
         else:
             part = self.layout.part
             start, end = part(before, "start"), part(before, "end")
@@ -264,7 +239,7 @@ class ControlContext:
             self.surroundings.gather(
                 new_start + ahead * (new_start - start), new_end + ahead * (new_end - end), displacement
             )
-        self._table = self._made_table()
+        self.table = self._made_table()
 
 
 def context_of(state: StepState) -> ControlContext:
@@ -273,11 +248,6 @@ def context_of(state: StepState) -> ControlContext:
     if not isinstance(context, ControlContext) or not state.measured_by(context):
         raise ControlError("the state was not measured by a ControlContext; take one from its measure()")
     return context
-
-
-def _pair_workspace(pairs: int) -> tuple[Array, Int32Array, Int32Array]:
-    """Allocate rows, labels and obstacle indices for that many pairs, see ``measure_kernel.measure``."""
-    return np.empty((pairs, 10)), np.empty((pairs, 2), np.int32), np.empty(pairs, np.int32)
 
 
 def _check_kinds(robot: Any, tool: Any, tree: Any) -> None:

@@ -21,7 +21,7 @@ from .relaxations import RELAXATIONS, take_step
 from .request_kernel import load_requests
 from .settings import ControlSettings
 from .shaft_kernel import load_shaft_rows
-from .step import braking, build_step, solve_step
+from .step import braking, build_step, problem_of, solve_step
 from .step_report import StepReport
 from .step_request import StepRequest, Task
 
@@ -121,7 +121,7 @@ class Controller:
             raise InputError(f"the state is a {type(state).__name__}; it must be a StepState, such as of start(q)")
         if not state.measured_by(self.context):
             state = self.context.remeasured(state)
-        return take_step(build_step(state, tasks, self.fixtures, command), self.solver)
+        return take_step(problem_of(state, tasks, self.fixtures, command), self.solver)
 
     def warm_up(self, state: StepState) -> None:
         """Load all compiled code that a step can need, also in rare cases; nothing moves.

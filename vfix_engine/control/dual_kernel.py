@@ -9,21 +9,44 @@ Its solution is verified by ``problem_kernel.check_kkt`` like that of any other 
 
 from __future__ import annotations
 
+from typing import Annotated, NamedTuple
+
 import numpy as np
 
-from ..arrays import Array, BoolArray, IntArray
-from ..kernels.compiled import compiled, inlined
+from ..arrays import Array
+from ..kernels.compiled import compiled, inlined, no_refcount
+from ..kernels.packed import packing
 
 MOST_TURNS = 300  # iterations; the programs of a step need about a dozen
 _VIOLATED = 1e-9  # tolerance of a constraint for rounding, in units of the step's length
 _DEPENDENT = 1e-20  # squared fraction of a normal outside the span of the active ones that counts as rounding
 
 
+class SolverViews(NamedTuple):
+    """Workspace of the solver; c unknowns, m rows.
+
+    factor: L; basis: J; triangle: R; d: −Jᵀ a of a normal a; r: change of the multipliers.
+    members, weights: indices and multipliers of the active constraints; active: 1 for each of these, otherwise 0.
+    """
+
+    factor: Annotated[Array, "c", "c"]
+    basis: Annotated[Array, "c", "c"]
+    triangle: Annotated[Array, "c", "c"]
+    d: Annotated[Array, "c"]
+    r: Annotated[Array, "c"]
+    members: Annotated[Array, "c"]
+    weights: Annotated[Array, "c"]
+    active: Annotated[Array, "2 * c + m"]
+
+
+SOLVER = packing(SolverViews, "c", "m")
+solver_views, solver_size = SOLVER.views, SOLVER.size
+
+
 @inlined
-def _inverse_factor(hessian: Array, inverse: Array) -> bool:
+def _inverse_factor(hessian: Array, factor: Array, inverse: Array) -> bool:
     """Compute L⁻ᵀ of H = L Lᵀ as an upper triangle; False if H is not positive definite."""
     size = len(hessian)
-    factor = np.zeros((size, size))
     for j in range(size):
         for i in range(j, size):
             total = hessian[i, j]
@@ -61,21 +84,21 @@ def _excess(rows: Array, upper: Array, lower: Array, x: Array, limit: int) -> fl
 
 
 @inlined
-def _most_violated(rows: Array, upper: Array, lower: Array, x: Array, active: BoolArray) -> tuple[int, float]:
+def _most_violated(rows: Array, upper: Array, lower: Array, x: Array, active: Array) -> tuple[int, float]:
     """Return the inactive constraint with the largest violation, and the violation; −1 if there is none."""
     size = len(x)
     worst, most = -1, _VIOLATED
     for a in range(size):
         above, below = x[a] - upper[a], lower[a] - x[a]
-        if not above <= most and not active[a]:
+        if not above <= most and active[a] == 0.0:
             worst, most = a, above
-        if not below <= most and not active[size + a]:
+        if not below <= most and active[size + a] == 0.0:
             worst, most = size + a, below
     for i in range(len(rows)):
         excess = -upper[size + i]
         for a in range(size):
             excess += rows[i, a] * x[a]
-        if not excess <= most and not active[2 * size + i]:
+        if not excess <= most and active[2 * size + i] == 0.0:
             worst, most = 2 * size + i, excess
     return worst, most
 
@@ -95,7 +118,7 @@ def _against(rows: Array, basis: Array, limit: int, d: Array) -> None:
                 d[k] -= basis[a, k] * rows[limit - 2 * size, a]
 
 
-@compiled
+@no_refcount
 def _turn(basis: Array, one: int, two: int, c: float, s: float) -> None:
     """Apply a Givens rotation to two columns of J."""
     for i in range(len(basis)):
@@ -117,7 +140,7 @@ def _add(basis: Array, triangle: Array, d: Array, count: int) -> None:
 
 
 @inlined
-def _drop(basis: Array, triangle: Array, members: IntArray, weights: Array, count: int, place: int) -> None:
+def _drop(basis: Array, triangle: Array, members: Array, weights: Array, count: int, place: int) -> None:
     """Remove column ``place`` from R and restore the triangle."""
     for j in range(place, count - 1):
         members[j], weights[j] = members[j + 1], weights[j + 1]
@@ -137,6 +160,17 @@ def _drop(basis: Array, triangle: Array, members: IntArray, weights: Array, coun
 def solve_dual(
     hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array, x: Array, multiplier: Array
 ) -> bool:
+    """``solve_within`` with a workspace of its own."""
+    c, m = len(gradient), len(rows)
+    workspace = np.empty(solver_size(c, m))
+    return solve_within(hessian, gradient, rows, upper, lower, x, multiplier, solver_views(workspace, c, m))
+
+
+@no_refcount
+def solve_within(
+    hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array, x: Array, multiplier: Array,
+    workspace: SolverViews,
+) -> bool:  # fmt: skip
     """Write the minimiser x (c,) and the multipliers (c + m,), positive at an upper bound.
 
     Args:
@@ -146,10 +180,9 @@ def solve_dual(
         False if H is not positive definite, the constraints are inconsistent or rounding errors prevent convergence.
     """
     size = len(gradient)
-    basis, triangle = np.empty((size, size)), np.empty((size, size))
-    if not _inverse_factor(hessian, basis):
+    factor, basis, triangle, d, r, members, weights, active = workspace
+    if not _inverse_factor(hessian, factor, basis):
         return False
-    d, r = np.empty(size), np.empty(size)
     for k in range(size):
         d[k] = 0.0
         for a in range(size):
@@ -158,8 +191,7 @@ def solve_dual(
         x[a] = 0.0
         for k in range(size):
             x[a] += basis[a, k] * d[k]
-    active = np.zeros(2 * size + len(rows), np.bool_)
-    members, weights = np.empty(size, np.int64), np.empty(size)
+    active[:] = 0.0
     count, joining, excess, weight = 0, -1, 0.0, 0.0
     for _ in range(MOST_TURNS):
         if joining < 0:
@@ -195,10 +227,10 @@ def solve_dual(
         if full <= partial:
             _add(basis, triangle, d, count)
             members[count], weights[count] = joining, weight
-            active[joining] = True
+            active[joining] = 1.0
             count, joining = count + 1, -1
         else:
-            active[members[leaving]] = False
+            active[int(members[leaving])] = 0.0
             _drop(basis, triangle, members, weights, count, leaving)
             count -= 1
             excess = _excess(rows, upper, lower, x, joining)
@@ -206,11 +238,11 @@ def solve_dual(
 
 
 @inlined
-def _write_multipliers(members: IntArray, weights: Array, count: int, size: int, multiplier: Array) -> None:
+def _write_multipliers(members: Array, weights: Array, count: int, size: int, multiplier: Array) -> None:
     """Scatter the multipliers of the active constraints into those of all constraints."""
     multiplier[:] = 0.0
     for j in range(count):
-        limit = members[j]
+        limit = int(members[j])
         if limit < size:
             multiplier[limit] = weights[j]
         elif limit < 2 * size:

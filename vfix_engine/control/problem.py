@@ -14,7 +14,7 @@ from . import qp
 from .context import ControlContext
 from .problem_kernel import prepare
 from .program import Program, Solution
-from .step_kernel import UNSOLVED, answer_views
+from .step_kernel import DISPLACEMENT, NEEDED, SCALE, UNSOLVED, AnswerViews, answer_of, fused_step
 from .step_request import StepRequest, Task
 
 
@@ -50,11 +50,12 @@ class Problem:
     box: Array | None = None  # None: the bounds of the state
     tasks: Task | Sequence[Task] = ()
     share = 1.0  # fraction of the wanted motion that the fused kernel's solution achieves
+    broken = False  # a joint must exceed its acceleration limit, as the fused kernel tells
     own_failed = False  # the fused kernel found no solution that passes its check
-    full_refused = False  # the certificate refused the full step of its solution
+    full_refused = False  # the full step of its solution was refused
     _program: Program | None = None
-    _filled: tuple[Array, int, float] | None = None
-    _answer: Array | None = None
+    _numbers: Array | None = None  # of the fused kernel: the state after the step, and its answer
+    _count = 0  # rows of the program, after the fused kernel
     _joined: tuple[qp.ObjectiveRows, qp.ConstraintRows] | None = None
 
     def __init__(
@@ -100,11 +101,12 @@ class Problem:
         if self._generation != self.context.generation:
             raise ControlError("the problem's numbers are overwritten: another problem was built since")
         if self._program is None:
-            if self._filled is None:
+            if self._numbers is None:
                 self._program = self._assembled()
             else:
-                workspace, count, scale = self._filled
-                self._program = qp.program_in(workspace, self.context.layout.dof, 0, count, scale)
+                dof, scale = self.context.layout.dof, float(self._answer(self._numbers).told[SCALE])
+                workspace = self.context.program_workspace(dof + 1, self._count)
+                self._program = qp.program_in(workspace, dof, 0, self._count, scale)
         return self._program
 
     @property
@@ -121,8 +123,8 @@ class Problem:
     @property
     def row_count(self) -> int:
         """Number of inequality rows as the papers count them: constraints and both bounds of every joint."""
-        if self._filled is not None:
-            return self._filled[1] + 2 * self.context.layout.dof
+        if self._numbers is not None:
+            return self._count + 2 * self.context.layout.dof
         return self.program.row_count
 
     def changed(
@@ -134,7 +136,7 @@ class Problem:
         """Return this step with another program, as a relaxation builds it."""
         other = object.__new__(Problem)
         other.__dict__.update(self.__dict__)
-        other._program, other._filled, other._answer = program, None, None
+        other._program, other._numbers = program, None
         other.own_failed = other.full_refused = False
         other.constraints = self.constraints if constraints is None else constraints
         other.box = self.box if box is None else box
@@ -150,38 +152,46 @@ class Problem:
         return other
 
     def fused_step(self) -> StepState | None:
-        """Assemble, solve and certify this problem, which has no slack variables, in one compiled call.
+        """Assemble, solve and certify this problem in one compiled call, unless it has slack variables.
 
         The program is the one that ``solve_step`` would assemble.
         Returns None if there is no solution or the motion is refused, and records which in this problem.
         """
-        context, state = self.context, self.state
         wanted, given = self.joined
-        done = context.fused_step(state, wanted, given, self.scale, self.motion_gain)
-        solved = done.verdict != UNSOLVED
-        self._filled = done.workspace, done.rows, done.scale
-        self._answer = done.answer if solved else None
-        self.own_failed, self.full_refused, self.share = not solved, solved, done.share
-        if done.verdict == KEPT:
-            return StepState.measured(context, context.layout, done.after)
-        if done.verdict in (UNSOLVED, REFUSED):
+        if given.soft:
             return None
-        context.provide(done.verdict, done.needed, state.numbers, done.after, done.displacement)
+        context, state, gain = self.context, self.state, self.request.motion_gain
+        if gain is None or self.rests:
+            gain = context.no_gain
+        numbers = self._numbers = context.step_numbers(len(given.bound))
+        verdict, self.share, self._count, self.broken = fused_step(
+            context.table, state.numbers, *wanted, given.matrix, given.bound, self.scale, gain, numbers
+        )
+        self.own_failed, self.full_refused = verdict == UNSOLVED, verdict != UNSOLVED
+        if verdict == KEPT:
+            return StepState.measured(context, context.layout, numbers)
+        if verdict in (UNSOLVED, REFUSED):
+            return None
+        told = self._answer(numbers).told
+        context.provide(verdict, int(told[NEEDED]), state.numbers, numbers, float(told[DISPLACEMENT]))
         return context.certify(state, self.found_step())
 
     def found_solution(self) -> Solution | None:
-        """Return the fused kernel's solution in arrays of its own; None if it has none or has not run."""
-        if self._answer is None or self._filled is None:
+        """Return the fused kernel's solution; None if it has none or has not run."""
+        if self._numbers is None or self.own_failed:
             return None
-        dof = self.context.layout.dof
-        step, x, multiplier = answer_views(self._answer, dof, dof + 1, self._filled[1])
-        return Solution(step, float(x[dof]), multiplier, dof + 1)
+        answer, dof = self._answer(self._numbers), self.context.layout.dof
+        return Solution(answer.step, float(answer.x[dof]), answer.multiplier, dof + 1)
 
     def found_step(self) -> Array:
         """Return the step (n,) of that solution."""
-        if self._answer is None:
+        if self._numbers is None or self.own_failed:
             raise ControlError("the fused kernel has found no answer to this problem")
-        return self._answer[: self.context.layout.dof]
+        return self._answer(self._numbers).step
+
+    def _answer(self, numbers: Array) -> AnswerViews:
+        layout = self.context.layout
+        return answer_of(numbers, layout.size, layout.dof, self._count)
 
     def _assembled(self) -> Program:
         context, state, dof = self.context, self.state, self.context.layout.dof

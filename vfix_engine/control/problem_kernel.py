@@ -11,9 +11,9 @@ import numpy as np
 
 from ..arrays import Array, IntArray
 from ..certificate.constants import StepConstants, unpack_constants
-from ..kernels.compiled import compiled, inlined
+from ..kernels.compiled import inlined, merged, no_refcount
 from ..virtual_fixtures.boundary import approach
-from ..virtual_fixtures.state_kernel import BODY, StateViews, binding_pairs, state_views
+from ..virtual_fixtures.state_kernel import BODY, PAIR_COUNT, StateViews, state_views
 from ..virtual_fixtures.stopping import approach_bound
 
 UNBOUNDED = 1e30
@@ -25,24 +25,22 @@ REGULARISATION = 1e-9  # keeps H positive definite where no objective depends on
 @inlined
 def add_objective(matrix: Array, target: Array, weight: Array, scale: float, hessian: Array, gradient: Array) -> None:
     """Add ½ w (A x − b)² of every row of ``matrix`` (m, n + 1) to H and f; ``weight``: (m,)."""
-    size = matrix.shape[1]
-    row = np.empty(size)
+    n = matrix.shape[1] - 1
     for i in range(len(target)):
-        for a in range(size):
-            row[a] = matrix[i, a]
-        row[size - 1] /= scale
-        for a in range(size):
-            pull = weight[i] * row[a]
+        last = matrix[i, n] / scale
+        for a in range(n + 1):
+            pull = weight[i] * (matrix[i, a] if a < n else last)
             if pull != 0.0:
                 gradient[a] -= pull * target[i] / scale
-                for b in range(size):
-                    hessian[a, b] += pull * row[b]
+                for b in range(n):
+                    hessian[a, b] += pull * matrix[i, b]
+                hessian[a, n] += pull * last
 
 
-@compiled
+@no_refcount
 def fill(
     matrix: Array, target: Array, weight: Array, regularisation: Array, given: Array, bound: Array,
-    pairs: Array, buffered_margin: Array, change: float, position: Array, jacobian: Array, scale: float,
+    pairs: Array, count: int, buffered_margin: Array, change: float, position: Array, jacobian: Array, scale: float,
     hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array,
 ) -> None:  # fmt: skip
     """Fill H, f, G and the bounds of one step: the given constraints first, then one row per pair.
@@ -53,7 +51,7 @@ def fill(
         matrix, target, weight: objective rows (m, n + 1), (m,), (m,).
         regularisation: (n + 1, n + 1) matrix WᵀW of the objective rows without target that every step has.
         given, bound: constraint rows (k, n + 1), (k,).
-        pairs: (p, 13), see ``state_kernel``; buffered_margin: (B,) mm, per obstacle;
+        pairs: (p or more, 13), see ``state_kernel``; count: p; buffered_margin: (B,) mm, per obstacle;
             change: see ``approach_bound``.
         position, jacobian: of the tip, (3,), (6, n); scale: L in mm.
         hessian, gradient, rows, upper, lower: out, (c, c), (c,), (k + p, c), and twice (c + k + p,).
@@ -79,12 +77,12 @@ def fill(
         upper[first + i] = bound[i] / scale
     # One row per pair bounds its approach (Li 2007, eq. 16-17, and approach_bound).
     done = len(bound)
-    for i in range(len(pairs)):
+    for i in range(count):
         approach(pairs[i, 1:4], pairs[i, 4:7], position, jacobian, rows[done + i])
         upper[first + done + i] = approach_bound(pairs[i, 0] - buffered_margin[int(pairs[i, BODY])], change) / scale
 
 
-@compiled
+@no_refcount
 def set_box(low: Array, high: Array, scale: float, upper: Array, lower: Array) -> None:
     """Set the bounds of Δq (n,), and 0 … 1 for λ."""
     n = len(low)
@@ -93,7 +91,7 @@ def set_box(low: Array, high: Array, scale: float, upper: Array, lower: Array) -
     lower[n], upper[n] = 0.0, 1.0
 
 
-@compiled
+@merged
 def assemble(
     constants: StepConstants, state: StateViews, matrix: Array, target: Array, weight: Array, given: Array,
     bound: Array, scale: float, hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array,
@@ -110,7 +108,7 @@ def assemble(
     for j in range(len(constants.lower)):
         scale = max(scale, abs(state.velocity[j]) * constants.dt)
     fill(
-        matrix, target, weight, constants.regularisation, given, bound, binding_pairs(state),
+        matrix, target, weight, constants.regularisation, given, bound, state.pairs, int(state.counts[PAIR_COUNT]),
         constants.buffered_margin, constants.change, state.position, state.jacobian, scale, hessian, gradient,
         rows, upper, lower,
     )  # fmt: skip
@@ -118,7 +116,7 @@ def assemble(
     return scale
 
 
-@compiled
+@no_refcount
 def prepare(
     numbers: Array, counts: IntArray, before: Array, matrix: Array, target: Array, weight: Array,
     given: Array, bound: Array, scale: float,
@@ -132,7 +130,7 @@ def prepare(
     )  # fmt: skip
 
 
-@compiled
+@no_refcount
 def check_kkt(
     hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array, x: Array, multiplier: Array,
     primal: float, dual: float,
@@ -147,20 +145,13 @@ def check_kkt(
         primal: tolerance of a bound; dual: of the gradient, relative to its largest term.
     """
     size = len(x)
-    balance, largest, idle = np.empty(size), 0.0, 0.0
+    largest, idle, wrong, worst = 0.0, 0.0, 0.0, 0.0
     for a in range(size):
-        curved = 0.0
-        for b in range(size):
-            curved += hessian[a, b] * x[b]
-        balance[a] = curved + gradient[a] + multiplier[a]
-        largest = max(largest, max(abs(curved), max(abs(gradient[a]), abs(multiplier[a]))))
         if not (x[a] <= upper[a] + primal and x[a] >= lower[a] - primal):
             return False
         if multiplier[a] != 0.0:
             left = upper[a] - x[a] if multiplier[a] > 0.0 else x[a] - lower[a]
             idle = max(idle, min(abs(multiplier[a]), left))
-    pulls = np.zeros(size)
-    wrong = 0.0
     for i in range(len(rows)):
         value = 0.0
         for a in range(size):
@@ -171,14 +162,18 @@ def check_kkt(
         wrong = min(wrong, weight)
         if weight != 0.0:
             idle = max(idle, min(weight, upper[size + i] - value))
-            for a in range(size):
-                pulls[a] += weight * rows[i, a]
-    worst = 0.0
     for a in range(size):
-        largest = max(largest, abs(pulls[a]))
-        if not abs(balance[a] + pulls[a]) < np.inf:
+        curved, pull = 0.0, 0.0
+        for b in range(size):
+            curved += hessian[a, b] * x[b]
+        for i in range(len(rows)):
+            if multiplier[size + i] != 0.0:
+                pull += multiplier[size + i] * rows[i, a]
+        largest = max(largest, max(max(abs(curved), abs(gradient[a])), max(abs(multiplier[a]), abs(pull))))
+        balance = curved + gradient[a] + multiplier[a] + pull
+        if not abs(balance) < np.inf:
             return False
-        worst = max(worst, abs(balance[a] + pulls[a]))
+        worst = max(worst, abs(balance))
     allowed = dual * (1.0 + largest)
     if not (worst <= allowed and wrong >= -allowed and idle <= allowed):
         return False

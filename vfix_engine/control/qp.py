@@ -28,12 +28,7 @@ DUAL = "dual"  # the package's own solver, part of the compiled step
 DAQP = "daqp"  # called natively
 
 
-class ObjectiveRows(NamedTuple):
-    """Rows of several objectives: matrix (m, n + 1), target (m,), weight (m,)."""
-
-    matrix: Array
-    target: Array
-    weight: Array
+ObjectiveRows = tuple[Array, Array, Array]  # of several objectives: matrix (m, n + 1), target (m,), weight (m,)
 
 
 class ConstraintRows(NamedTuple):
@@ -55,7 +50,7 @@ def join_objectives(objectives: Sequence[Objective], size: int) -> ObjectiveRows
         alone = objectives[0]
         matrix, target = alone.matrix, alone.target
         if _as_compiled(matrix, target, size):
-            return ObjectiveRows(matrix, target, _weights(len(target), alone.weight))
+            return matrix, target, _weights(len(target), alone.weight)
     for o in objectives:
         if np.shape(o.matrix) != (*np.shape(o.target), size):
             raise InputError(
@@ -69,7 +64,7 @@ def join_objectives(objectives: Sequence[Objective], size: int) -> ObjectiveRows
         last = row + len(objective.target)
         matrix[row:last], target[row:last], weight[row:last] = objective.matrix, objective.target, objective.weight
         row = last
-    return ObjectiveRows(matrix, target, weight)
+    return matrix, target, weight
 
 
 def _as_compiled(matrix: Array, bound: Array, size: int) -> bool:
@@ -150,8 +145,8 @@ def stack(
     workspace = np.empty(program_size(n + 1 + given.slacks, len(given.bound)))
     problem = program_in(workspace, n, given.slacks, len(given.bound), float(scale))
     fill(
-        wanted.matrix, wanted.target, wanted.weight, np.zeros((n + 1, n + 1)), given.matrix, given.bound,
-        _NO_PAIRS, _NOTHING, np.inf, _NOTHING, _read_only(np.zeros((6, n))), scale, *problem[:5],
+        *wanted, np.zeros((n + 1, n + 1)), given.matrix, given.bound,
+        _NO_PAIRS, 0, _NOTHING, np.inf, _NOTHING, _read_only(np.zeros((6, n))), scale, *problem[:5],
     )  # fmt: skip
     set_box(np.array(low, dtype=float), np.array(high, dtype=float), scale, problem.upper, problem.lower)
     soften(problem, given)

@@ -7,6 +7,7 @@ Walls on opposite sides can leave no room for the buffer: then standing still mu
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -77,9 +78,9 @@ def take_step(problem: Problem, solver: str, fused: bool = True) -> StepReport:
     """
     if problem.brakes:
         return _brake(problem)
-    if not problem.scale < np.inf:
+    if not problem.scale < math.inf:
         return _held(problem, (unsolved(problem),), 0)
-    if fused and solver == qp.DUAL and not problem.joined[1].soft:
+    if fused and solver == qp.DUAL:
         after = problem.fused_step()
         if after is not None and refused_by(problem, after) is None:
             return _moved_whole(problem, after)
@@ -112,9 +113,9 @@ def _largest_share(attempt: Problem, solution: Solution, gentle: bool, problem: 
 
 def _moved_whole(problem: Problem, after: StepState) -> StepReport:
     """Report the fused kernel's full step, the usual case: nothing slows it and nothing is relaxed."""
-    request, state = problem.request, problem.state
+    request = problem.request
     share = 1.0 if request.motion_gain is None else problem.share
-    if share < SLOWED_SHARE or problem.rests or state.numbers[state.layout.broken_place]:
+    if share < SLOWED_SHARE or problem.rests or problem.broken:
         return _moved(problem, after, problem.share, 1.0, None)
     # Bypasses the keyword and default handling of a call, which takes as long as the rest of this function.
     return tuple.__new__(

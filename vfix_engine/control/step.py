@@ -72,6 +72,13 @@ def build_step(
     context = context_of(state)
     if dt is not None and dt != context.settings.dt_s:
         raise InputError(f"dt is {dt!r} s, but the state was measured for steps of {context.settings.dt_s!r} s")
+    return problem_of(state, tasks, fixtures, command)
+
+
+def problem_of(
+    state: StepState, tasks: Task | Sequence[Task], fixtures: Sequence[Fixture] = (), command: Any = None
+) -> Problem:
+    """``build_step`` for a state that is known to be measured by a context."""
     request = request_of(tasks, state, command)
     scale = request.scale
     if scale is None or scale <= 0.0:

@@ -121,9 +121,10 @@ def request_of(tasks: Task | Sequence[Task], state: StepState, command: Any) -> 
 def _asked(task: Any, state: StepState, command: Any) -> StepRequest:
     if isinstance(task, type):
         raise InputError(f"{task.__name__} is a class and no task: make one of it, such as {task.__name__}(…)")
-    if not hasattr(task, "request"):
+    ask = getattr(task, "request", None)
+    if ask is None:
         raise InputError(f"a {type(task).__name__} is no task: it has no request(state, command)")
-    return completed(task.request(state, command))
+    return completed(ask(state, command))
 
 
 def completed(request: StepRequest) -> StepRequest:

@@ -19,7 +19,8 @@ def view(array: NDArray[Any], first: int, shape: tuple[int, ...]) -> NDArray[Any
     """Return a view of a contiguous array: its items from index ``first`` on, in the shape ``shape``.
 
     In compiled code the view holds no reference and is not bounds checked. Use it only on arguments of the call and do
-    not return it to Python; a function that returns views is ``shared``.
+    not return it to Python; a function that returns views is ``shared``. Write to a view in another function than the
+    one that calls this: numba inlines this early, and then removes writes to the view as dead code.
     """
     return array.reshape(-1)[first : first + int(np.prod(shape))].reshape(shape)
 
@@ -48,7 +49,11 @@ def _make_view(typing: Any, array: Any, first: Any, shape: Any) -> Any:
 _make: Any = _make_view
 
 
-@overload(view, inline="always", strict=False)
+# Only a function with reference counting may return an array that is none of its arguments.
+_COUNTED: Any = {"_nrt": True}
+
+
+@overload(view, jit_options=_COUNTED, inline="always", strict=False)
 def _compiled_view(array: Any, first: Any, shape: Any) -> Any:
     if isinstance(array, types.Array) and array.layout == "C":
         return lambda array, first, shape: _make(array, first, shape)

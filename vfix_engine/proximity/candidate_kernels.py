@@ -18,6 +18,7 @@ from .rows_kernel import own_normal
 
 NUMBERS = QUERY + WORK
 SINGLES = PROBE + LANES
+QUERY_SPACE = NUMBERS + 3 + SINGLES // 2 + LANES + 1  # workspace of ``pairs_into`` in one array of float64
 _COLUMNS, _FIRST, _STRIDE = np.uint64(10), np.uint64(COLUMNS), np.uint64(LANES)
 _COINCIDENT = 1e-9  # mm; below it the direction between two points is dominated by rounding
 _FAR = np.float32(1e30)
@@ -191,6 +192,15 @@ def append_block(
 
 
 @no_refcount
+def query_views(space: Array) -> tuple[Array, Array, Float32Array, UInt64Array]:
+    """Views of a workspace (QUERY_SPACE,): numbers, extent of a segment (3,), singles and lanes."""
+    singles, lanes = NUMBERS + 3, NUMBERS + 3 + SINGLES // 2
+    return (
+        space[:NUMBERS], space[NUMBERS:singles], space[singles:lanes].view(np.float32), space[lanes:].view(np.uint64)
+    )  # fmt: skip
+
+
+@no_refcount
 def pairs_into(
     boxes: Float32Array, corners: Array, label: Int32Array, frame: Array, first: int, last: int,
     p: Array, d: Array, radius: float, threshold: float, segment: int, rows: Array, labels: Int32Array, found: int,
@@ -201,7 +211,8 @@ def pairs_into(
     Args:
         boxes, corners, label, frame: of ``Candidates``; first, last: the segment's nodes are first … last − 1.
         p, d: (3,) mm; radius: of the capsule, mm; segment: its index, for the labels.
-        rows: (R, 10) distance, normal, on the axis, on the surface; labels: (R, 2) int32 segment, triangle.
+        rows: (R, 10) distance, normal, on the axis, on the surface; labels: (R, 2) int32 segment, triangle. Further
+            columns of either are left alone.
         found: number of rows already written.
         numbers, singles, lanes: workspace, (NUMBERS,), (SINGLES,) float32 and (17,) uint64.
 

@@ -56,7 +56,7 @@ class CandidateList:
         return float(self.min_distance_per_segment(segments).min(initial=np.inf))
 
 
-@compiled
+@no_refcount
 def still_valid(
     start: Array, end: Array, radius: Array, new_start: Array, new_end: Array, new_radius: Array, slack: float
 ) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array, Int32Array
-from ..kernels.compiled import compiled
+from ..kernels.compiled import no_refcount
 
 MAX_ROWS = 40  # pairs of one control program
 COSINE, RADIUS_MM = 0.95, 4.0  # of normals and of points on the axis: pairs that agree within both are redundant
@@ -131,27 +131,31 @@ def reduce_pairs(pairs: Pairs, max_rows: int = MAX_ROWS, cosine: float = COSINE,
     A pair is redundant if a nearer selected pair of the same segment has a normal that agrees within ``cosine`` and a
     point on the axis within ``radius`` mm: its row would be nearly the same and weaker.
     """
-    rows = select(pairs.distance, pairs.normal, pairs.on_tool, pairs.segment, max_rows, cosine, radius)
-    return pairs.take(rows)
+    rows = np.column_stack([pairs.distance, pairs.normal, pairs.on_tool])
+    labels = np.column_stack([pairs.segment, pairs.triangle])
+    kept = np.empty(min(max_rows, len(pairs)), np.int32)
+    found = select(rows, labels, 0, np.arange(len(pairs), dtype=np.int32), len(pairs), cosine, radius, kept)
+    return pairs.take(kept[:found].astype(np.int64))
 
 
-@compiled
+@no_refcount
 def select(
-    distance: Array, normal: Array, point: Array, segment: Int32Array, max_rows: int, cosine: float, radius: float
-) -> NDArray[np.int64]:
-    """Indices of the pairs that ``reduce_pairs`` keeps, in its order; equal distances stay in the given order.
+    rows: Array, labels: Int32Array, key: int, waiting: Int32Array, count: int, cosine: float, radius: float,
+    kept: Int32Array,
+) -> int:  # fmt: skip
+    """Write the indices of the pairs that ``reduce_pairs`` keeps, in its order, and return their number.
 
     Args:
-        distance: (N,), or another sort key; normal, point: (N, 3); segment: (N,).
+        rows, labels: of the kernels, see ``pairs_from_rows``; the first seven columns and the first one are read.
+        key: column of the rows by which they are sorted; equal numbers stay in the given order.
+        waiting: the indices of the ``count`` pairs from which to select; overwritten.
+        kept: out; its length is the largest number of pairs.
     """
-    count = len(distance)
-    kept = np.empty(min(max_rows, count), np.int64)
-    waiting = np.arange(count)
     left, found = count, 0
-    while left > 0 and found < max_rows:
+    while left > 0 and found < len(kept):
         best = 0
         for i in range(1, left):
-            if distance[waiting[i]] < distance[waiting[best]]:
+            if rows[waiting[i], key] < rows[waiting[best], key]:
                 best = i
         b = waiting[best]
         kept[found] = b
@@ -160,12 +164,12 @@ def select(
         for i in range(left):
             w = waiting[i]
             same = False
-            if segment[w] == segment[b]:
-                x, y, z = point[w, 0] - point[b, 0], point[w, 1] - point[b, 1], point[w, 2] - point[b, 2]
-                along = normal[w, 0] * normal[b, 0] + normal[w, 1] * normal[b, 1] + normal[w, 2] * normal[b, 2]
+            if labels[w, 0] == labels[b, 0]:
+                x, y, z = rows[w, 4] - rows[b, 4], rows[w, 5] - rows[b, 5], rows[w, 6] - rows[b, 6]
+                along = rows[w, 1] * rows[b, 1] + rows[w, 2] * rows[b, 2] + rows[w, 3] * rows[b, 3]
                 same = along >= cosine and x * x + y * y + z * z <= radius * radius
             if w != b and not same:
                 waiting[still] = w
                 still += 1
         left = still
-    return kept[:found]
+    return found

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import Array
-from ..kernels.compiled import compiled
+from ..kernels.compiled import compiled, no_refcount
 from ..proximity.proximity import Pairs
 from ..robots import TipState
 from .fixture import Rows, Situation
@@ -16,7 +16,7 @@ from .state import StepState
 from .stopping import approach_bounds
 
 
-@compiled
+@no_refcount
 def approach(normal: Array, point: Array, position: Array, jacobian: Array, row: Array) -> None:
     """Row over Δq of −n·ΔP, the approach of a point of the tool along n (Li 2007, eq. 16).
 

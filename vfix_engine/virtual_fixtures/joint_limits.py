@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array
-from ..kernels.compiled import compiled
+from ..kernels.compiled import compiled, no_refcount
 from ..robots import RobotModel
 from .fixture import Rows, Situation
 from .rows import Constraint, Objective
@@ -30,7 +30,7 @@ def joint_bounds(robot: RobotModel, q: Array, dt: float) -> tuple[Array, Array]:
     return np.minimum(low, 0.0), np.maximum(high, 0.0)
 
 
-@compiled
+@no_refcount
 def step_box(
     q: Array,
     velocity: Array,

@@ -8,9 +8,7 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from ..arrays import Array
-from ..kernels.compiled import shared
 from ..kernels.packed import packing
-from ..kernels.views import view
 from ..proximity.pairs import MAX_ROWS
 
 PAIR = 13  # columns of a pair: the ten of ``geometry.rows_kernel``, then segment, triangle and obstacle
@@ -46,9 +44,3 @@ class StateViews(NamedTuple):
 
 STATE = packing(StateViews, "n", "s", "b")
 state_views, state_size = STATE.views, STATE.size
-
-
-@shared
-def binding_pairs(state: StateViews) -> Array:
-    """View (N, 13) of the pairs in use."""
-    return view(state.pairs, 0, (int(state.counts[PAIR_COUNT]), PAIR))

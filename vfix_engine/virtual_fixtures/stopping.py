@@ -17,12 +17,12 @@ import math
 import numpy as np
 
 from ..arrays import Array
-from ..kernels.compiled import compiled
+from ..kernels.compiled import compiled, no_refcount
 
 _ROUNDED_UP = 1.0 + 1e-12  # factor larger than rounding errors
 
 
-@compiled
+@no_refcount
 def stoppable_step(slack: float, change: float) -> float:
     """The longest step w with D(w) ≤ slack, so that the steps after it can stop within the slack.
 
@@ -42,7 +42,7 @@ def stoppable_step(slack: float, change: float) -> float:
     return (slack + 0.5 * change * n * (n + 1.0)) / (n + 1.0)
 
 
-@compiled
+@no_refcount
 def stoppable_up_to(longest: float, slack: float, change: float) -> float:
     """min(longest, stoppable_step(slack, change)), without the square root if ``longest`` is the smaller one.
 
@@ -54,7 +54,7 @@ def stoppable_up_to(longest: float, slack: float, change: float) -> float:
     return min(longest, stoppable_step(slack, change))
 
 
-@compiled
+@no_refcount
 def stopping_distance(step: float, change: float) -> float:
     """D(w): the distance to rest, a step w ≥ 0 included.
 
@@ -85,7 +85,7 @@ def approach_bounds(slacks: Array, change: float) -> Array:
     return bounds
 
 
-@compiled
+@no_refcount
 def approach_bound(slack: float, change: float) -> float:
     """Return the bound, in mm, of a boundary row −n·ΔP_k ≤ bound (Li 2007, eq. 16, uses ``slack`` itself).
 

@@ -11,6 +11,7 @@ from tests.engine.control.test_whole_step import controller_of
 from tests.engine.scenes import straight_scene, wall
 from vfix_engine.certificate.bind_kernel import binding, largest_moves
 from vfix_engine.certificate.constants import StepConstants, unpack_constants
+from vfix_engine.certificate.inputs import PairSpace
 from vfix_engine.proximity.pairs import COSINE, MAX_ROWS, RADIUS_MM
 from vfix_engine.virtual_fixtures.state_kernel import BODY, SEGMENT, TRIANGLE
 from vfix_engine.virtual_fixtures.stopping import stopping_distance
@@ -24,15 +25,17 @@ def constants() -> StepConstants:
     return made
 
 
-def some_pairs(random: np.random.Generator, count: int, segments: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rows, labels and bodies of pairs at random, some of them alike."""
-    rows = random.normal(size=(count, 10))
+def some_pairs(random: np.random.Generator, count: int, segments: int) -> PairSpace:
+    """Pairs at random, some of them alike."""
+    space = PairSpace.of(count)
+    rows, labels = space.rows[:, :10], space.labels
+    rows[:] = random.normal(size=(count, 10))
     rows[:, 0] = random.uniform(0.2, 4.0, count)
     alike = random.random(count) < 0.4
     rows[alike, 1:4], rows[alike, 4:7] = rows[0, 1:4], rows[0, 4:7]
     rows[:, 1:4] /= np.linalg.norm(rows[:, 1:4], axis=1, keepdims=True)
-    labels = np.stack([random.integers(0, segments, count), np.arange(count)], axis=1).astype(np.int32)
-    return rows, labels, np.zeros(count, np.int32)
+    labels[:, 0], labels[:, 1], labels[:, 2] = random.integers(0, segments, count), np.arange(count), 0
+    return space
 
 
 def chosen_by_hand(constants: StepConstants, move: np.ndarray, rows: np.ndarray, labels: np.ndarray) -> list[int]:
@@ -57,10 +60,11 @@ def chosen_by_hand(constants: StepConstants, move: np.ndarray, rows: np.ndarray,
 def test_pairs_that_can_bind_are_those_of_a_plain_loop(constants: StepConstants, seed: int) -> None:
     random = np.random.default_rng(seed)
     segments = len(constants.radius)
-    rows, labels, body = some_pairs(random, int(random.integers(1, 60)), segments)
+    space = some_pairs(random, int(random.integers(1, 60)), segments)
+    rows, labels = space.rows[:, :10], space.labels
     move = random.choice([1e-4, 0.3, 2.0], segments)
-    pairs = np.empty((MAX_ROWS, PAIR))
-    found = binding(constants, move, rows, labels, body, len(rows), pairs)
+    pairs, slack = np.empty((MAX_ROWS, PAIR)), np.array([stopping_distance(m, constants.change) for m in move])
+    found = binding(constants, slack, *space, len(rows), pairs)
     kept = chosen_by_hand(constants, move, rows, labels)
     assert pairs[:found, TRIANGLE].astype(int).tolist() == kept
     np.testing.assert_array_equal(pairs[:found, :10], rows[kept])
@@ -70,13 +74,13 @@ def test_pairs_that_can_bind_are_those_of_a_plain_loop(constants: StepConstants,
 
 def test_a_pair_that_binds_is_kept_beside_a_nearer_one_that_cannot(constants: StepConstants) -> None:
     """The nearest pair is on a segment that stands still, another one on a segment that moves fast."""
-    rows, labels, body = some_pairs(np.random.default_rng(0), 2, 1)
-    rows[:, 0] = constants.buffered_margin[0] + np.array([0.5, 1.0])
-    labels[:, 0] = 0, 1
-    move = np.zeros(len(constants.radius))
-    move[1] = 2.0
+    space = some_pairs(np.random.default_rng(0), 2, 1)
+    space.rows[:, 0] = constants.buffered_margin[0] + np.array([0.5, 1.0])
+    space.labels[:, 0] = 0, 1
+    slack = np.zeros(len(constants.radius))
+    slack[1] = stopping_distance(2.0, constants.change)
     pairs = np.empty((MAX_ROWS, PAIR))
-    assert binding(constants, move, rows, labels, body, 2, pairs) == 2
+    assert binding(constants, slack, *space, 2, pairs) == 2
     assert pairs[:2, TRIANGLE].tolist() == [0.0, 1.0]
 
 
