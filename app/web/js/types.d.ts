@@ -730,10 +730,11 @@ export interface MarkKindView {
 /**
  * What was computed of the open route; lengths in mm, all along the way of the robot's tip.
  *
- * words: why it failed. reach_mm: how deep the tip comes; limit, reach_words: what ends its way. offers: what would
- * come deeper. behind_share, behind_mm: how much of the pathway's surface is behind the wall, and how deep at most;
- * bound_mm: the largest bound of a link.
- * s_mm, radius_mm, wall_mm: along the pathway, its radius and the distance to the wall.
+ * words: why it failed. length_mm: to the end. reach_mm: how deep the tip comes; limit, reach_words: what
+ * ends its way. offers: what would come deeper. behind_share, behind_mm: how much of the
+ * pathway's surface is behind the wall, and how deep at most; bound_mm: the largest bound of a link.
+ * by_hand_mm: where the contour by hand is that makes it narrower than the robot; None: the lumen is, or it is not.
+ * s_mm, radius_mm, wall_mm: along the way, the pathway's radius and the distance from the centreline to the wall.
  */
 export interface RoutePathSection {
   state: "none" | "computing" | "ready" | "failed";
@@ -1295,12 +1296,14 @@ export interface LinkView {
 /**
  * How much of the pathway's surface is behind the wall, and how deep at most: so deep can a certified link be.
  *
- * bound_mm: by how much deeper, the largest bound of any link.
+ * bound_mm: by how much deeper, the largest bound of any link; between_mm: by how much between the
+ *     vertices at which it is measured.
  */
 export interface BehindWallView {
   share: number;
   depth_mm: number;
   bound_mm: number;
+  between_mm: number;
 }
 
 /** The link that is deepest behind the wall, by its number from the base; 0 mm and 0 where none is. */
