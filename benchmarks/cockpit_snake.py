@@ -45,6 +45,7 @@ _OPENED = """() => {
   const { state } = window.vfix ?? {};
   return Boolean(state?.case?.id === "colon-phantom" && !state.case.loading && state.step?.name === "drive");
 }"""
+_RUNS = "() => vfix.state.rehearsal?.state === 'running'"
 _READY = "() => ['ready', 'paused'].includes(vfix.state.rehearsal?.state)"
 _DRAWN = "() => document.querySelector('#endoscope[data-ready=true]') !== null"
 _NAMES = ("step_us", "step_us_p99", "lateness_us_p99")
@@ -95,9 +96,16 @@ def begin(page: Page, address: str) -> None:
     page.add_init_script(f'sessionStorage.setItem("vfix-open", {opened});')
     page.goto(address)
     await_true(page, _OPENED)
+    _ask(page, "start")  # which places the robot
+    await_true(page, _RUNS)
+    _ask(page, "pause")
     await_true(page, _READY)
     await_true(page, _DRAWN)
-    page.evaluate("() => vfix.request('rehearsal.let_go', {})")
+    _ask(page, "let_go")
+
+
+def _ask(page: Page, what: str) -> None:
+    page.evaluate("(what) => vfix.request(`rehearsal.${what}`, {})", what)
 
 
 class PageHand:
@@ -159,12 +167,18 @@ def _axes(elapsed_s: float) -> tuple[float, float, float]:
 
 def _figures(found: list[tuple[float, ...]]) -> Figures:
     """Return the medians of half seconds, the worst 99th percentile of a step, the share of late ticks, and the depth
-    to which the tip came."""
+    to which the tip came. A half second without a step of the hand, which a late hand leaves, has no figures.
+
+    Raises BenchmarkRefused where none has.
+    """
     rows = np.array(found[1:], dtype=np.float64)  # the first figure has ticks of before
-    told = {name: float(np.median(rows[:, at])) for at, name in enumerate(_NAMES)}
+    driven = rows[rows[:, 0] > 0.0]
+    if not len(driven):
+        raise BenchmarkRefused("the hand moved the robot in no half second; is the machine busy with other work?")
+    told = {name: float(np.median(driven[:, at])) for at, name in enumerate(_NAMES)}
     ticks = rows[-1, 4] - rows[0, 4]
     late = (rows[-1, 3] - rows[0, 3]) / ticks if ticks > 0.0 else 0.0
-    most = {"step_us_p99_most": float(rows[:, 1].max()), "overruns_share": float(late)}
+    most = {"step_us_p99_most": float(driven[:, 1].max()), "overruns_share": float(late)}
     return told | most | {"depth_mm": float(rows[:, 5].max())}
 
 
