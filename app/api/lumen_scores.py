@@ -62,7 +62,7 @@ class LumenScorePublic(BaseModel):
     length_mm, reach_mm: of the robot's way, and how far along it this robot can come; share: of length_mm. insertion_s:
     until the deepest place; withdrawal_s: from then until the tip was out, null where it was not. All from depth_mm on
     are null on a fixed base, from which nothing is inserted. deviation: of the last links, nearest_mm: of the link
-    nearest to its bound, bound_mm: the largest bound that it had; all null in a run whose rows do not have them.
+    nearest to its bound; both null in a run whose rows do not have them. bound_mm: the largest bound of any link.
     behind_wall: null without the lumen's surface. held_by: the longest first; holds: in the
     order of time. task: what the run's task adds, null without one.
     """
@@ -84,7 +84,7 @@ class LumenScorePublic(BaseModel):
     path_length_mm: float
     deviation: DeviationPublic | None
     nearest_mm: MeanMaxPublic | None
-    bound_mm: float | None
+    bound_mm: float
     beyond_bound_mm: float
     beyond_bound_s: float
     behind_wall: BehindWallPublic | None

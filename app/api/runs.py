@@ -72,7 +72,7 @@ class ShortLumenScore(BaseModel):
     depth_mm: float | None
     deviation_mm: float | None
     beyond_bound_mm: float
-    bound_mm: float | None
+    bound_mm: float
     behind_wall: BehindWallPublic | None
     held_s: float
     task: str | None

@@ -10,7 +10,6 @@ from app.commands.found_runs import find_run, optional_services
 from app.exchange.plan_files import write_export
 from app.exchange.run_report.report import report_html
 from app.exchange.run_report.reported import RunToReport
-from app.exchange.run_report.stored import stored_to_report
 from app.services import Services
 from vfix_engine.errors import InputError
 
@@ -42,4 +41,6 @@ def _to_report(services: Services | None, name: str) -> RunToReport:
     stored = found.stored
     if stored is None or services is None:
         return RunToReport(found.run, Path(name).name)
+    from app.exchange.run_report.stored import stored_to_report  # with the store
+
     return stored_to_report(found.run, stored, services.cases, services.plans, services.lumen_routes)

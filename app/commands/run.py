@@ -164,7 +164,7 @@ def _line(run: dict[str, Any]) -> str:
     length = "interrupted" if run["ticks"] is None else f"{run['ticks']:,} steps"
     driven = (run["mode"] or run["arm"] or run["world"]) + ("" if run["certified"] else f" ({UNCERTIFIED})")
     if run["certified"] and (behind := run["behind_wall"]) is not None:
-        driven += f" ({100.0 * behind['share']:.0f} % behind wall, ≤ {behind['depth_mm']:.1f} mm)"
+        driven += f" ({100.0 * behind['share']:.0f} % behind wall, up to {behind['depth_mm']:.1f} mm)"
     of = ", ".join(name for name in (run["plan_name"], run["case_name"]) if name)
     taught = "  (teacher)" if run["teacher"] else ""
     return f"{run['id']:18}  {run['recorded'][:16].replace('T', ' ')}  {driven:36}  {length:>14}  {of}{taught}"

@@ -27,8 +27,7 @@ def _lumen_facts(score: dict[str, Any]) -> Iterator[Fact]:
         yield "Deviation, largest", f"{_fixed((off['depth_mm'] or {'max': 0.0})['max'], 1)} mm"
     if nearest is not None:
         yield "Nearest to a bound", f"{_fixed(nearest['max'], 1)} mm"
-    if score["bound_mm"] is not None:
-        yield "Bound, largest", f"{_fixed(score['bound_mm'], 1)} mm"
+    yield "Bound, largest", f"{_fixed(score['bound_mm'], 1)} mm"
     yield "Beyond bound", f"{_fixed(beyond, 1 if beyond > 0.0 else 0)} mm"
     if (behind := score["behind_wall"]) is not None:
         links = behind["links_mm"]

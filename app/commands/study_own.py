@@ -206,6 +206,8 @@ def _record_of(
         raise InputError(f"the run {found.name!r:.80} is not of this trial: {'; '.join(wrong)}")
     case_id = None if found.stored is None else found.stored.case_id
     wall = None if services is None else services.lumen_routes.tasks.known_wall(case_id)
+    if wall is None:  # of a run that is not stored; a head has none
+        wall = getattr(expected, "mesh", None)
     return recorded_trial(study, name, found.run, spec, _known_as(found), wall)
 
 

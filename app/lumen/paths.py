@@ -98,11 +98,7 @@ class RoutePath:
 
     def bound_mm(self, settings: DriveSettings) -> float:
         """The largest bound that a link of a drive with these settings has anywhere."""
-        from vfix_engine.pathway.limits.link_bounds import inscribed_radii  # slow to load
-
-        bounds = settings.bounds(self.snake.links)
-        widest = inscribed_radii(self.lumen.pathway)[:-1].max()
-        return float(np.minimum(bounds.most, bounds.share * widest).max())
+        return settings.bounds(self.snake.links).largest_mm(self.lumen.pathway)
 
     @property
     def stop(self) -> Array:

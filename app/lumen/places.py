@@ -49,7 +49,7 @@ def check_end(name: str, place: Position, other: Position | None, wall: Proximit
     if other is not None and (apart := math.dist(place, other)) < ENDS_APART_MM:
         raise InputError(
             f"entry and end would be {apart:.1f} mm apart, which is no way: set them at least {ENDS_APART_MM:g} mm "
-            "apart."
+            "apart. To go the other way, first put one of them at a third place."
         )
 
 
@@ -81,9 +81,11 @@ def _check_contour(contour: RouteContour, edited: EditedPathway, at: int, wall: 
     behind = outside_mm(wall, centre + radii[:, None] * _spokes(edited, at, len(radii)), RIM_BEHIND_MM)
     worst = int(behind.argmax())
     if behind[worst] > 0.0:
+        to_wall = radii[worst] - behind[worst]
+        do = f"About {to_wall:.0f} mm reach it." if to_wall >= 1.0 else "Its centre is at the wall: move it first."
         raise InputError(
             f"a radius of {radii[worst]:g} mm reaches {behind[worst]:.0f} mm behind the wall; at most "
-            f"{RIM_BEHIND_MM:g} mm are possible. About {max(radii[worst] - behind[worst], 0.5):.0f} mm reach it."
+            f"{RIM_BEHIND_MM:g} mm are possible. {do}"
         )
 
 

@@ -132,7 +132,7 @@ class Studies:
             runs = self._runs.list(plan_id=wanted.document_id)
             newest = next((one for one in runs if one.began >= begun and one.id not in taken), None)
             if newest is None:
-                raise NotFound("no run of it has begun since the trial did. Drive it, and press Finish run.")
+                raise NotFound("no recorded run of it has begun since the trial did. Drive it, and press Finish run.")
             found = newest
         if found.id in taken:
             raise InputError("that run is another trial already.")

@@ -69,10 +69,10 @@ test("a score is said in rows, the task's last; what is beyond a bound stands ou
 test("beside a certificate stands how much of the pathway is behind the wall, how deep, and the bound", () => {
   const { certificate } = viewOf(SCORE), sure = { ...SCORE, certified: true };
   assert.equal(certificate(SCORE), ""); // nothing was certified
-  assert.equal(certificate(sure), "30\u00a0% of pathway behind wall, ≤\u00a03.5\u00a0mm · bound\u00a0≤\u00a08.0\u00a0mm");
+  assert.equal(certificate(sure), "30\u00a0% of pathway behind wall, up to 3.5\u00a0mm · bound\u00a0≤\u00a08.0\u00a0mm");
   assert.equal(certificate(viewOf(SCORE).shortOf(sure)), certificate(sure)); // in lists
   assert.equal(certificate({ ...sure, behind_wall: null }), ""); // without the lumen's surface
-  assert.equal(certificate({ ...sure, bound_mm: null }), "30\u00a0% of pathway behind wall, ≤\u00a03.5\u00a0mm");
+  assert.equal(certificate({ ...sure, bound_mm: null }), "30\u00a0% of pathway behind wall, up to 3.5\u00a0mm");
   const moving = viewOf(SCORE).facts({ ...SCORE, behind_wall: { ...SCORE.behind_wall, links_mm: null } });
   assert.equal(moving.find(({ name }) => name === "Behind wall, links")?.value, "not measured");
 });

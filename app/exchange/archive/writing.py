@@ -28,7 +28,7 @@ from app.plans.service import PlanService
 from app.store import Store
 from app.store.errors import StorageError
 from app.store.models import CaseRow, DocumentRow, DocumentStateRow
-from vfix_engine.errors import InputError
+from vfix_engine.errors import InputError, VfixError
 from vfix_engine.runtime.run import Run
 from vfix_engine.runtime.versions import versions
 from vfix_engine.study.lumen.task_rows import task_told
@@ -131,11 +131,14 @@ class ArchiveWriter:
         return left_out
 
     def _of_lumen(self, run: StoredRun) -> dict[str, Any]:
-        """Arm and task of a run in a lumen, which its manifest does not have. Raises StorageError, InputError."""
+        """Arm and task of a run in a lumen, which its manifest does not have; of a damaged run the arm alone."""
         if run.arm is None:
             return {}
-        with self._runs.laid_out(run.id) as folder:
-            return {"arm": run.arm, "task": task_told(Run.read(folder))}
+        try:
+            with self._runs.laid_out(run.id) as folder:
+                return {"arm": run.arm, "task": task_told(Run.read(folder))}
+        except VfixError:
+            return {"arm": run.arm, "task": None}
 
     def _case_json(self, case_id: str, sources: dict[str, str]) -> dict[str, Any]:
         """Return the stored case; shipped files are named by the hash of their copies in the archive."""

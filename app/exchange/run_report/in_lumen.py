@@ -68,6 +68,9 @@ def _scores(runs: Sequence[RunToReport]) -> tuple[ScoreRow, ...]:
         _row("Deviation, deepest, mm", scores, _deepest, "{:.1f}"),
         _row("Deviation, time, s", scores, _deviated_s, "{:.1f}"),
         _row("Beyond its bound, mm", scores, lambda one: one.beyond_bound_mm, "{:.2f}", _is_beyond),
+        _row("Bound, largest, mm", scores, lambda one: one.bound_mm, "{:.1f}"),
+        _row("Pathway behind the wall, %", scores, _behind_share, "{:.0f}"),
+        _row("Pathway behind the wall, deepest, mm", scores, _behind_mm, "{:.1f}"),
         _row("Force on the hand, largest, N", scores, lambda one: one.force_n.max, "{:.2f}"),
         _row("Held, s", scores, lambda one: one.held_s, "{:.1f}"),
         *_task_rows(scores),
@@ -86,6 +89,14 @@ def _deviated_s(score: LumenScore) -> float | None:
 def _deepest(score: LumenScore) -> float | None:
     deviation = score.deviation
     return None if deviation is None or deviation.depth_mm is None else deviation.depth_mm.max
+
+
+def _behind_share(score: LumenScore) -> float | None:
+    return None if score.behind_wall is None else 100.0 * score.behind_wall.share
+
+
+def _behind_mm(score: LumenScore) -> float | None:
+    return None if score.behind_wall is None else score.behind_wall.depth_mm
 
 
 def _is_beyond(score: LumenScore) -> bool:

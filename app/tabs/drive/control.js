@@ -20,7 +20,7 @@ const HELP = "Manual: the paper’s ‘without’. Left and right, up and down t
   + "Guided: the paper’s ‘with’. Forces on the hand, and no bound that holds; joints still have their range and speed, and in moving tissue the robot waits for the tissue. Without a force device the pull yields to the force. "
   + "Certified: ours. Every motion is certified to stay in the pathway, and stopped at its limit. Another arm ends the run, and the next begins at the entry.";
 /** @param {SnakeView | null | undefined} snake */
-const betweenHelp = (snake) => (snake?.behind ? ` Between its vertices a link can be ${fixed(snake.behind.between_mm, 1)} mm deeper than measured.` : "");
+const betweenHelp = (snake) => (snake?.behind ? ` Between vertices a link can be ${fixed(snake.behind.between_mm, 1)} mm deeper, in bends more.` : "");
 /** @type {[NonNullable<DriveOptionsView["preset"]> | "", string][]} */
 const PRESETS = [["", "Default"], ["kwok2013", "Kwok 2013"]];
 const PRESET_HELP = "Printed parameters of the paper: its polar Hermite surface through four control bends, in place of our control that turns the view. "

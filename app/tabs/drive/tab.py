@@ -229,7 +229,8 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
         if self.now.snapshot is not None and section.get("holding") == FREE:
             section["holding"] = free_words(self.now.snapshot)
         if self.changed and section["state"] in ("ready", "paused"):
-            section["words"] = "The route has changed. Reset takes it as it is now."
+            do = "Cancel the trial in Study to take it." if self.fixed else "Reset takes it as it is now."
+            section["words"] = f"The route has changed. {do}"
         return section
 
     @property

@@ -2,18 +2,18 @@
 import { fixed } from "./format.js";
 import { hintLine } from "./template.js";
 
-const HELP = "The certificate speaks of the fitted pathway, not of the wall. So much of the pathway’s surface lies behind the wall’s triangles, at most so deep; "
+const HELP = "The certificate speaks of the fitted pathway, not of the wall. So much of the pathway’s surface lies behind the wall’s triangles, so deep as was found at its contours, at rest; "
   + "there a certified link can be as deep behind them, and by its bound deeper.";
 
 /**
- * '30 % of pathway behind wall, ≤ 3.5 mm · bound ≤ 8.0 mm'; '' where the wall is not known.
+ * '30 % of pathway behind wall, up to 3.5 mm · bound ≤ 8.0 mm'; '' where the wall is not known.
  * @param {{ share: number, depth_mm: number } | null | undefined} behind
  * @param {number | null | undefined} bound mm, the largest of any link
  */
 export function behindWords(behind, bound) {
   if (!behind) return "";
   const of = bound === null || bound === undefined ? "" : ` · bound\u00a0≤\u00a0${fixed(bound, 1)}\u00a0mm`;
-  return `${fixed(100 * behind.share, 0)}\u00a0% of pathway behind wall, ≤\u00a0${fixed(behind.depth_mm, 1)}\u00a0mm${of}`;
+  return `${fixed(100 * behind.share, 0)}\u00a0% of pathway behind wall, up to ${fixed(behind.depth_mm, 1)}\u00a0mm${of}`;
 }
 
 /**

@@ -68,9 +68,9 @@ export async function closeStudy(connection) {
 }
 
 /** Whether a trial goes on, which fixes how its plan or route is driven. @param {ViewModel} state */
-export function isTrial({ study, plan, route }) {
+export function isTrial({ study, plan, route, case: opened }) {
   const trial = study?.next === "trial" ? study.trial : null, open = trial?.plan ? plan : route;
-  return Boolean(trial?.running && (!open || open.id === trial.document_id));
+  return Boolean(trial?.running && opened?.id === trial.case_id && (!open || open.id === trial.document_id));
 }
 
 /** Which trial it is, in words. @param {ViewModel} state */

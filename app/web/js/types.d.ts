@@ -2179,7 +2179,7 @@ export interface ShortLumenScore {
   depth_mm: number | null;
   deviation_mm: number | null;
   beyond_bound_mm: number;
-  bound_mm: number | null;
+  bound_mm: number;
   behind_wall: BehindWallPublic | null;
   held_s: number;
   task: string | null;
@@ -2349,7 +2349,7 @@ export interface JointPublic {
  * length_mm, reach_mm: of the robot's way, and how far along it this robot can come; share: of length_mm. insertion_s:
  * until the deepest place; withdrawal_s: from then until the tip was out, null where it was not. All from depth_mm on
  * are null on a fixed base, from which nothing is inserted. deviation: of the last links, nearest_mm: of the link
- * nearest to its bound, bound_mm: the largest bound that it had; all null in a run whose rows do not have them.
+ * nearest to its bound; both null in a run whose rows do not have them. bound_mm: the largest bound of any link.
  * behind_wall: null without the lumen's surface. held_by: the longest first; holds: in the
  * order of time. task: what the run's task adds, null without one.
  */
@@ -2371,7 +2371,7 @@ export interface LumenScorePublic {
   path_length_mm: number;
   deviation: DeviationPublic | null;
   nearest_mm: MeanMaxPublic | null;
-  bound_mm: number | null;
+  bound_mm: number;
   beyond_bound_mm: number;
   beyond_bound_s: number;
   behind_wall: BehindWallPublic | null;

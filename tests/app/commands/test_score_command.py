@@ -71,19 +71,21 @@ def test_a_run_of_a_task_is_said_as_on_the_card() -> None:
     score = {
         "arm": "manual", "certified": False, "completed": True, "time_s": 61.0, "depth_mm": 412.4, "share": 0.5,
         "insertion_s": 40.0, "withdrawal_s": None, "deviation": {"episodes": 3, "time_s": 2.5, "depth_mm": mean_max},
-        "nearest_mm": mean_max, "beyond_bound_mm": 1.26, "path_length_mm": 500.0, "force_n": mean_max, "held_s": 1.0,
+        "nearest_mm": mean_max, "bound_mm": 8.0, "behind_wall": {"share": 0.3, "depth_mm": 3.46, "links_mm": None},
+        "beyond_bound_mm": 1.26, "path_length_mm": 500.0, "force_n": mean_max, "held_s": 1.0,
         "task": {"title": "Polyps", "completed": True, "rows": rows, "lacking": "Views are not scored."},
     }  # fmt: skip
     facts = facts_of(score)
     assert dict(facts) == {
         "Time": "1:01 min", "Depth": "412 mm", "Share of the route": "50 %", "Time in": "40.0 s",
         "Withdrawal": "not drawn out", "Deviations": "3, 2.5 s", "Deviation, largest": "6.3 mm",
-        "Nearest to a bound": "6.3 mm", "Beyond bound": "1.3 mm", "Path of the tip": "500 mm",
+        "Nearest to a bound": "6.3 mm", "Bound, largest": "8.0 mm", "Beyond bound": "1.3 mm",
+        "Behind wall, links": "not measured", "Behind wall, pathway": "30 %, 3.5 mm", "Path of the tip": "500 mm",
         "Hand force, mean": "1.00 N", "Hand force, largest": "6.3 N", "Held": "1.0 s", "Task completed": "yes",
         "Completed in": "13.0 s", "Angle error": "–", "Polyps": "Views are not scored.",
     }  # fmt: skip
     page = (Path(__file__).parents[3] / "app" / "web" / "js" / "lumen-score.js").read_text(encoding="utf-8")
-    assert re.findall(r'name: "([^"]+)"', page) == [name for name, _ in facts][:13]
+    assert re.findall(r'name: "([^"]+)"', page) == [name for name, _ in facts][:16]
 
 
 def test_what_cannot_be_scored_ends_the_command(old_runs: dict[str, str], capsys: pytest.CaptureFixture[str]) -> None:

@@ -175,7 +175,7 @@ def test_the_newest_run_that_began_since_then_is_the_trial(led: Led) -> None:
     led.do(o.BeginTrial(subject="P01"))
     for began in ("", led.services.runs.get(led.run.id).began):  # one of before, stored only now
         led.store(began=began, recorded=utc_now())
-        with pytest.raises(NotFound, match="no run of it has begun"):
+        with pytest.raises(NotFound, match="no recorded run of it has begun"):
             led.do(o.AttachRun(subject="P01"))
     led.store(began=utc_now())
     content = led.do(o.AttachRun(subject="P01"))

@@ -117,6 +117,8 @@ def test_an_installed_hand_clears_polyps_by_the_picture_alone(installed: Path, m
         (LumenMotion(camera_mm_per_s=(np.nan, 0.0)), "three finite numbers"),
         (LumenMotion(insert_mm_per_s=1e9), "at most 1000"),
         (LumenMotion(joint=3), "chose joint 3; there are 1 to 2"),
+        (LumenMotion(joint=1.5), "chose joint 1.5; there are 1 to 2"),  # type: ignore[arg-type]
+        (LumenMotion(camera_mm_per_s=5.0), "failed: TypeError"),  # type: ignore[arg-type]
     ],
 )
 def test_what_no_hand_can_do_is_refused_by_name(mesh: TriangleMesh, returned: Any, words: str) -> None:

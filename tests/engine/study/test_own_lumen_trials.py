@@ -13,11 +13,12 @@ from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.pathway.tissue_motion import breathing
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.study.diathermy.placing import LABELS
 from vfix_engine.study.endoscopy.own_hand import LumenHand, LumenHandAtWork, LumenMotion
 from vfix_engine.study.farm import run_all
 from vfix_engine.study.own import plugins
 from vfix_engine.study.own.evaluation import compared, evaluate
-from vfix_engine.study.own.file import StudyFile, TrialName, checked_study, conditions, labels
+from vfix_engine.study.own.file import MOST_LABELS, StudyFile, TrialName, checked_study, conditions, labels
 from vfix_engine.study.own.kinds import kind_of
 from vfix_engine.study.own.lumen_trials import LumenSetting
 from vfix_engine.study.own.order import order_of
@@ -133,6 +134,7 @@ CAVITY = {"case": "cavity", "route": "base", "task": "kwok2"}
         ({"routes": [{"case": "tube", "route": "along", "tusk": "kwok1"}]}, "did you mean 'task'"),
         ({"routes": TUBE["routes"] * 2}, "has a route and its task twice"),
         ({"routes": [CAVITY | {"hold_s": 2.0}]}, "are of polyps, and kwok2 has labels"),
+        ({"routes": [CAVITY | {"count": 7}]}, "kwok2 has 6 labels at most"),
         ({"arms": ["guide"]}, "a lumen has no arm 'guide'; did you mean 'guided'"),
         ({"arms": ["plain"]}, "a lumen has no arm 'plain'"),
         ({"views": {"freehand": "outside"}}, "'views' of the study has 'freehand'"),
@@ -154,6 +156,10 @@ def test_a_metric_of_another_kind_of_study_is_refused(metric: str, words: str) -
     study = checked_study(TUBE | {"metrics": [metric]})
     with pytest.raises(InputError, match=words):
         kind_of(study).check(study)
+
+
+def test_the_most_labels_are_those_of_the_study() -> None:
+    assert MOST_LABELS == LABELS
 
 
 def test_conditions_are_routes_by_arms_and_the_view_is_the_endoscope() -> None:

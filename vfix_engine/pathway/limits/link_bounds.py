@@ -52,6 +52,10 @@ class LinkBounds(NamedTuple):
                 most[link], share[link] = bound, np.inf
         return type(self)(most, share)
 
+    def largest_mm(self, pathway: Pathway) -> float:
+        """The largest bound of any link anywhere in a pathway."""
+        return float(np.minimum(self.most, self.share * inscribed_radii(pathway)[:-1].max()).max())
+
     def at(self, inscribed: Array, windows: IntArray) -> Array:
         """(L,) mm for links with those windows (L, 2); ``inscribed`` is the result of ``inscribed_radii``."""
         bound: Array = np.minimum(self.most, self.share * narrowest_of(inscribed, windows))

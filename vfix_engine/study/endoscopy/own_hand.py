@@ -148,14 +148,17 @@ class OwnHand:
             return None
         if not isinstance(found, LumenMotion):
             raise InputError(f"the operator '{self._name}' returned {found!r:.60}; a LumenMotion or None is needed")
-        speeds = np.array([*found.camera_mm_per_s, found.insert_mm_per_s], dtype=np.float64)
+        moves = found.camera_mm_per_s, found.insert_mm_per_s
+        speeds = self._of_its_own(lambda: np.array([*moves[0], moves[1]], dtype=np.float64))
         if speeds.shape != (3,) or not (np.abs(speeds) <= _FASTEST_MM_PER_S).all():
             raise InputError(
                 f"the operator '{self._name}' moves at {speeds.tolist()} mm/s; three finite numbers are needed, of at "
                 f"most {_FASTEST_MM_PER_S:g}"
             )
-        if found.joint is not None and not 1 <= found.joint <= self._at.joints:
-            raise InputError(f"the operator '{self._name}' chose joint {found.joint}; there are 1 to {self._at.joints}")
+        if found.joint is not None and found.joint not in range(1, self._at.joints + 1):
+            raise InputError(
+                f"the operator '{self._name}' chose joint {found.joint!r:.20}; there are 1 to {self._at.joints}"
+            )
         return found
 
     def _of_its_own(self, call: Callable[[], Any]) -> Any:

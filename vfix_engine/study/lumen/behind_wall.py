@@ -23,8 +23,8 @@ class BehindWall:
     """A certificate speaks of the pathway, not of the wall.
 
     share: of the pathway's surface at rest that is behind the wall; depth_mm: the most that it is; so deep, and by its
-    bound deeper, a certified link can be. links_mm: the most that a link was, at every ``EVERY_S`` or so of the run;
-    None where the tissue moves, as the surface does not move with it.
+    bound deeper, a certified link can be. links_mm: the most that a link was, every ``EVERY_S`` of the run, of a long
+    one at ``MOST_POSES`` times; None where the tissue moves, as the surface does not move with it.
     """
 
     share: float

@@ -34,8 +34,8 @@ class LumenScore:
     and how far along it this robot can come; share: of that length. insertion_s: until the deepest place; withdrawal_s:
     from then until the tip is out, None where it was not drawn back so far. deviation: None of a run whose rows do not
     have it. nearest_mm: deviation of the link nearest to its bound, over the samples with a link inside; None as there.
-    beyond_bound_mm: the most that a link was beyond its bound, 0 for none. bound_mm: the largest bound of the link
-    nearest to its own; None as nearest_mm. behind_wall: what a certificate of the pathway does not speak of; None
+    beyond_bound_mm: the most that a link was beyond its bound, 0 for none. bound_mm: the largest bound of any link
+    in that drive, anywhere in the pathway. behind_wall: what a certificate of the pathway does not speak of; None
     without the surface. force_n: on the hand. held_by: by constraint. task: what the run's task adds, None without one.
     """
 
@@ -56,7 +56,7 @@ class LumenScore:
     path_length_mm: float
     deviation: Deviation | None
     nearest_mm: MeanMax | None
-    bound_mm: float | None
+    bound_mm: float
     beyond_bound_mm: float
     beyond_bound_s: float
     behind_wall: BehindWall | None
@@ -104,7 +104,7 @@ def score_lumen_run(run: Run, spec: SystemSpec | None = None, wall: TriangleMesh
         path_length_mm=float(tip_way.sum()),
         deviation=deviation_of(samples.outside, samples.period_s, tip_way) if samples.outside.shape[1] else None,
         nearest_mm=_mean_max(samples.deviation[inside]) if inside.any() else None,
-        bound_mm=float(samples.bound[inside].max()) if inside.any() else None,
+        bound_mm=spec.drive.bounds(spec.snake.links).largest_mm(spec.way()[0]),
         beyond_bound_mm=float(over.max()),
         beyond_bound_s=float(samples.period_s[over > 0.0].sum()),
         behind_wall=None if wall is None else behind_wall_of(samples, spec, wall),

@@ -87,5 +87,6 @@ def task_told(run: Run) -> dict[str, Any] | None:
 def begun_at(run: Run, step: int) -> dict[str, Any]:
     """The fields of ``task_told`` that say when a task began."""
     t = run.column("t")
+    step = min(step, len(t))  # of a recording that was cut off
     again = step < len(t) and t[step] <= t[step - 1]  # its first step, or the first after a return to the start
     return {"from_step": step, "from_s": 0.0 if step == 0 or again else float(t[step - 1])}

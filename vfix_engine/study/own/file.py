@@ -20,6 +20,7 @@ from ..endoscopy.endoscopist import USED_OF_PERSON, Endoscopist
 from ..person import Person
 
 MAX_BYTES = 1 << 20
+MOST_LABELS = 6  # of kwok2, `diathermy.placing.LABELS`, which is slow to load
 MOST_TRIALS = 1_000_000
 PLAIN, NO_ARM, OWN_TOOL = "plain", "none", "plan"
 
@@ -275,6 +276,8 @@ def _check_values(study: StudyFile, name: str) -> None:
     for route in study.routes:
         if route.task == "kwok2" and (route.places != "seed" or route.hold_s is not None):
             raise InputError(f"'places' and 'hold_s' of {name} are of polyps, and kwok2 has labels")
+        if route.task == "kwok2" and (route.count or 0) > MOST_LABELS:
+            raise InputError(f"'count' of {name} is {route.count}, and kwok2 has {MOST_LABELS} labels at most")
     codes = study.subjects.codes
     for code in codes:
         if not _CODE.fullmatch(code) or is_simulated(code):

@@ -23,6 +23,7 @@ from ...runtime.run import Run, RunWriter, digest
 from ...worlds.registry import arm_of
 from ...worlds.snake.offline.script import DriveSpec
 from ...worlds.snake.settings import ARMS
+from ...worlds.snake.spec import SnakeSystemSpec
 from ...worlds.snake.stepping.state import SnakeState
 from ..diathermy.placing import PlacedLabels
 from ..endoscopy.endoscopist import Endoscopist
@@ -221,9 +222,17 @@ def _unlike(run: Run, spec: Any, condition: StudyCondition, expected: LumenSetti
     other = expected.spec.lumen.centre  # type: ignore[union-attr]  # made of contours
     if centre is None or centre.shape != other.shape or abs(centre - other).max() > 1e-6:
         wrong.append(f"its way is not the route {condition.plan}")
+    elif _robot(spec) != _robot(expected.spec):
+        wrong.append("its robot, or its bounds, or what bends it are others than the trial's")
     if ToldTask.in_events(run.events) != expected.told:
         wrong.append("its task is another one than the trial's")
     return wrong
+
+
+def _robot(spec: SnakeSystemSpec) -> tuple[Any, ...]:
+    """What a spec has beside the lumen that differs where other parameters were chosen."""
+    bounds = spec.drive.bounds(spec.snake.links)
+    return spec.snake, spec.drive.control, bounds.most.tolist(), bounds.share.tolist()
 
 
 LUMENS = TrialKind(_check, lumen_metric_named, lumen_operator_named, LumenBench.of, _drive, _told, _scored, _unlike)
