@@ -22,5 +22,5 @@ def test_a_list_says_whether_a_run_is_completed_and_of_which_task_it_is(complete
 
 def test_a_score_of_before_there_were_tasks_has_none() -> None:
     assert ShortLumenScore.of(
-        {**SAME, "bound_mm": None, "behind_wall": None, "completed": True, "nearest_mm": None}
+        {**SAME, "bound_mm": 8.0, "behind_wall": None, "completed": True, "nearest_mm": None}
     ).completed
