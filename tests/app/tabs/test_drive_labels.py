@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -40,7 +41,7 @@ def test_a_label_that_is_cut_by_messages_has_the_score_of_its_run(
     phantom_services: Services, shared: SharedDrives[Any, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     routes = phantom_services.lumen_routes
-    monkeypatch.setattr(routes.tasks, "labels", lambda route, choice: (TO_CUT, HIDDEN))
+    monkeypatch.setattr(routes.tasks, "labels", lambda route, choice: SimpleNamespace(labels=(TO_CUT, HIDDEN)))
     (route,) = routes.documents.list(CAVITY_PHANTOM)
     client = Driving(phantom_services, shared)
     client.open(route)
