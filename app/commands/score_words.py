@@ -7,6 +7,8 @@ from typing import Any
 
 Fact = tuple[str, str]  # its name, and its value with the unit
 
+_END_MM = 2.0  # a robot that comes so near to the end of its way comes to it
+
 
 def facts_of(score: dict[str, Any]) -> list[Fact]:
     """What is worth saying of a run, in the order in which it is read."""
@@ -38,7 +40,10 @@ def _lumen_facts(score: dict[str, Any]) -> Iterator[Fact]:
     yield "Hand force, largest", f"{_fixed(score['force_n']['max'], 1)} N"
     yield "Held", _duration(score["held_s"])
     if task is None:
-        yield "End reached", "yes" if score["completed"] else "no"
+        reach, length = score["reach_mm"], score["length_mm"]
+        short = reach is not None and reach < length - _END_MM
+        came = "as deep as this robot comes" if short else "yes"
+        yield "End reached", came if score["completed"] else "no"
         return
     yield "Task completed", "yes" if task["completed"] else "no"
     for row in task["rows"]:

@@ -82,8 +82,10 @@ test("the result comes first, and at most six figures are not folded", () => {
   const task = { ...SCORE.task, result: "8 of 10 polyps viewed" };
   assert.equal(result({ task }), "8 of 10 polyps viewed · end not reached");
   assert.equal(result({ task: null }), "Came 412 of 824 mm");
-  assert.equal(result({ task: null, completed: true }, "Splenic flexure"), "Reached the splenic flexure, 412 mm");
-  assert.equal(result({ task, completed: true }), "8 of 10 polyps viewed · reached the end, 412 mm");
+  assert.equal(result({ task: null, completed: true, reach_mm: 824 }, "Splenic flexure"), "Reached the splenic flexure, 412 mm");
+  assert.equal(result({ task, completed: true, reach_mm: 824 }), "8 of 10 polyps viewed · reached the end, 412 mm");
+  const short = { completed: true, reach_mm: 412.4 };
+  assert.equal(result({ task: null, ...short }, "Caecum"), "Came as deep as this robot can, 412 of 824 mm");
   const rows = ["Distance error", "Angle error", "Polyps missed"].map((name) => ({ name, value: 1, unit: "", digits: 0, worse: false }));
   for (const score of [{ ...SCORE, task: null }, { ...SCORE, task: { ...task, rows } }]) assert.equal(viewOf(score).facts(score).filter(({ folded }) => !folded).length, 6);
 });

@@ -7,6 +7,7 @@ import { duration } from "./runs.js";
 /** @import { LumenScorePublic, ViewModel } from "./types.js" */
 
 const PERCENT = 100;
+const END_MM = 2; // a robot that comes so near to the end of its way comes to it
 const DECIDE = ["Time", "Depth", "Deviation, largest", "Beyond bound", "Behind wall, links", "Hand force, largest"];
 const DECIDE_TASK = ["Time", "Depth", "Distance error", "Angle error", "Distance from the arrow", "Beyond bound", "Behind wall, links"];
 
@@ -15,10 +16,12 @@ const DECIDE_TASK = ["Time", "Depth", "Distance error", "Angle error", "Distance
  * @param {LumenScorePublic} score
  * @param {string} [end] name of the end of the way; '' where it has none
  */
-export function lumenResult({ completed, depth_mm: depth, length_mm: length, task }, end = "") {
+export function lumenResult({ completed, depth_mm: depth, length_mm: length, reach_mm: reach, task }, end = "") {
   const parts = task?.result ? [task.result] : [];
+  const short = length !== null && reach !== null && reach < length - END_MM;
   const place = end ? `the ${end.charAt(0).toLowerCase()}${end.slice(1)}` : "the end";
-  if (depth !== null && completed) parts.push(`reached ${place}, ${fixed(depth, 0)} mm`);
+  if (depth !== null && completed && short) parts.push(`came as deep as this robot can, ${fixed(depth, 0)} of ${fixed(length, 0)} mm`);
+  else if (depth !== null && completed) parts.push(`reached ${place}, ${fixed(depth, 0)} mm`);
   else if (depth !== null) parts.push(task?.result ? "end not reached" : `came ${fixed(depth, 0)} of ${fixed(length, 0)} mm`);
   return sentence(parts.join(" · "));
 }

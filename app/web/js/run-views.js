@@ -35,7 +35,7 @@ const VIEWS = {
     learning: true, laid: true, report: true, formats: ["csv", "about.json", "parquet", "mcap", "py"],
   },
   lumen: {
-    of: "route", how: "arm", done: "End reached",
+    of: "route", how: "arm", done: "Drive completed",
     facts: (/** @type {LumenScorePublic} */ score) => lumenFacts(score),
     certificate: (/** @type {LumenScorePublic | ShortLumenScore} */ score) => lumenCertificate(score),
     result: (/** @type {LumenScorePublic} */ score, end = "") => lumenResult(score, end),
