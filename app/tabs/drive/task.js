@@ -54,7 +54,7 @@ function labelWords() {
 /** @param {LabelsNowView} now */
 function labelProgress({ labels, traced, aimed, cutting, completed, words }) {
   const one = aimed === null ? null : labels[aimed - 1], left = one ? HALF_MM - one.end_mm : 0;
-  const state = completed ? "" : !one ? "No label" : left <= 0 ? `Label ${aimed} done` : `Label ${aimed}: ${fixed(left, 0)} mm left`;
+  const state = completed ? "" : !one ? "No label" : left <= 0 ? `Label ${aimed} done` : `Label ${aimed}: ${fixed(left, 0)} mm to go`;
   return html`<dl class="facts" id="label-facts"><dt>${completed ? "All done" : `${traced} of ${labels.length} done`}</dt><dd class=${cutting ? "cutting" : ""}>${state}</dd></dl>
     <div class="progress"><div style=${`width: ${((100 * traced) / labels.length).toFixed(1)}%`}></div></div>
     ${words ? html`<p class="words caution" role="status">${said(words)}</p>` : nothing}`;

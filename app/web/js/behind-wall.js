@@ -2,8 +2,8 @@
 import { fixed } from "./format.js";
 import { hintLine } from "./template.js";
 
-const HELP = "The certificate speaks of the fitted pathway, not of the wall. So much of the pathway’s surface lies behind the wall’s triangles, so deep as was found at its contours, at rest; "
-  + "there a certified link can be as deep behind them, and by its bound deeper.";
+const HELP = "The certificate keeps the links in the fitted pathway, not off the wall. So much of the pathway lies behind the wall, and up to so deep where its contours are, in tissue at rest. "
+  + "There a certified robot can press into the wall as deep, and by its bound deeper.";
 
 /**
  * '30 % of pathway behind wall, up to 3.5 mm · bound ≤ 8.0 mm'; '' where the wall is not known.

@@ -18,7 +18,7 @@ import { draw, html, live, nothing, unlessFocused } from "./template.js";
 /** @type {[View, string][]} */
 const VIEWS = [["anterior", "Front"], ["left", "Left"], ["right", "Right"], ["superior", "Top"], ["oblique", "Oblique"], ["nose", "Nose"]];
 /** @type {[NonNullable<Look["cut"]>, string][]} */
-const CUTS = [["whole", "Whole head"], ["left", "Cut left half"], ["right", "Cut right half"]];
+const CUTS = [["whole", "Whole"], ["left", "Cut left half"], ["right", "Cut right half"]];
 /** @type {[NonNullable<Look["slices"]>, string][]} */
 const SLICES = [["none", "No slices"], ["sagittal", "Sagittal CT"], ["coronal", "Coronal CT"], ["axial", "Axial CT"], ["all", "All three"]];
 
