@@ -17,7 +17,7 @@ def facts_of(score: dict[str, Any]) -> list[Fact]:
 
 def _lumen_facts(score: dict[str, Any]) -> Iterator[Fact]:
     off, nearest, beyond, task = (score[name] for name in ("deviation", "nearest_mm", "beyond_bound_mm", "task"))
-    yield "Time", _duration(score["time_s"])
+    yield "Time driven", _duration(score["time_s"])
     if score["depth_mm"] is not None:  # from a fixed base nothing is inserted
         back = score["withdrawal_s"]
         yield "Depth", f"{_fixed(score['depth_mm'], 0)} mm"

@@ -59,7 +59,7 @@ test("depth, the link at its bound, bend, force and insertion are plotted, and w
 test("a score is said in rows, the task's last; what is beyond a bound stands out", () => {
   const facts = Object.fromEntries(viewOf(SCORE).facts(SCORE).map(({ name, value, worse }) => [name, worse ? `${value}!` : value]));
   assert.deepEqual(facts, {
-    Time: "1:01 min", Depth: "412 mm", "Share of the route": "50 %", "Time in": "40.0 s", Withdrawal: "not drawn out", Deviations: "3, 2.5 s", "Deviation, largest": "6.3 mm",
+    "Time driven": "1:01 min", Depth: "412 mm", "Share of the route": "50 %", "Time in": "40.0 s", Withdrawal: "not drawn out", Deviations: "3, 2.5 s", "Deviation, largest": "6.3 mm",
     "Nearest to a bound": "7.0 mm", "Bound, largest": "8.0 mm", "Beyond bound": "1.3 mm!", "Behind wall, links": "4.3 mm", "Behind wall, pathway": "30 %, 3.5 mm", "Path of the tip": "500 mm", "Hand force, mean": "0.25 N", "Hand force, largest": "3.0 N", Held: "1.0 s",
     "Polyps cleared": "7 of 10!",
   });
@@ -121,7 +121,7 @@ test("more of what is bad is marked, and a longer withdrawal is not", () => {
     const scored = [first, second].map((changed) => /** @type {any} */ ({ run: {}, score: { ...SCORE, withdrawal_s: 60, ...changed } }));
     return lumenFigures([SCORE]).filter((figure) => String(new CompareTable().row(figure, scored)).includes("worse")).map(({ name }) => name);
   };
-  assert.deepEqual(marked({}, { time_s: 99, depth_mm: 500 }), ["Time"]);
+  assert.deepEqual(marked({}, { time_s: 99, depth_mm: 500 }), ["Time driven"]);
   assert.deepEqual(marked({}, { depth_mm: 300 }), ["Depth"]);
   assert.deepEqual([marked({}, { withdrawal_s: 400 }), marked({}, { withdrawal_s: 30 })], [[], []]);
 });
@@ -148,7 +148,7 @@ test("a run is said by its arm, and a list has its short score", () => {
 test("a run from a fixed base, where nothing is inserted, says nothing of depth", () => {
   const still = { ...SCORE, depth_mm: null, length_mm: null, reach_mm: null, share: null, insertion_s: null, withdrawal_s: null };
   const names = viewOf(still).facts(still).map(({ name }) => name);
-  assert.deepEqual(names.slice(0, 2), ["Time", "Deviations"]);
+  assert.deepEqual(names.slice(0, 2), ["Time driven", "Deviations"]);
   const short = withScore(/** @type {any} */ ({ world: "snake", score: null }), still).score;
   assert.deepEqual([viewOf(still).short(short), viewOf(still).brief(short)], ["deviation 7.0 mm", "1:01 min"]);
   assert.equal(lumenFigures([still]).find(({ name }) => name === "Share of the route")?.of(still), null);

@@ -3,46 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from app.exchange.run_report.figures import Axes, PlottedLine, figure
 from app.exchange.run_report.page import HoldRow, ReportedRun, RunReportPage, ScoreRow, Table
-from app.exchange.run_report.reported import RunToReport, comments_of, recording_rows, side, title_of, when
+from app.exchange.run_report.reported import RunToReport, page_of, recording_rows, side, when
 from vfix_engine.arrays import Array
 from vfix_engine.study.lumen import LumenScore, LumenSeries
 from vfix_engine.study.lumen.task_rows import task_told
 
 UNCERTIFIED = "with links that may leave their bounds: how far they do is measured, not prevented."
-_MOST_HOLDS = 14
 _NONE = "–"
 
 
 def lumen_page(runs: Sequence[RunToReport], shown: Sequence[ReportedRun]) -> RunReportPage:
     """The page on runs in a lumen. Raises InputError for a run that cannot be scored."""
-    holds = _holds(runs, shown)
-    return RunReportPage(
-        title=title_of(runs),
-        subtitle=_subtitle(runs),
-        runs=tuple(shown),
-        scores=_scores(runs),
-        figures=tuple(_figures(runs, shown)),
-        holds=holds[:_MOST_HOLDS],
-        more_holds=max(len(holds) - _MOST_HOLDS, 0),
-        comments=comments_of(runs, shown),
-        uncertified=UNCERTIFIED,
-        holds_title="Holds",
-        tables=tuple(_marks(one, run) for one, run in zip(runs, shown, strict=True) if task_told(one.run) is not None),
-    )
-
-
-def _subtitle(runs: Sequence[RunToReport]) -> str:
-    """Cases and robots; of a single run also how and when."""
-    cases = list(dict.fromkeys(one.case for one in runs if one.case))
-    robots = list(dict.fromkeys(_robot(one) for one in runs))
-    one = [runs[0].words, when(runs[0].recorded)] if len(runs) == 1 else []
-    return "; ".join(text for text in (*cases, ", ".join(robots), *one) if text)
+    robots = ", ".join(dict.fromkeys(_robot(one) for one in runs))
+    page = page_of(runs, shown, (robots,), _scores(runs), _figures(runs, shown), _holds(runs, shown))
+    tables = tuple(_marks(one, run) for one, run in zip(runs, shown, strict=True) if task_told(one.run) is not None)
+    return replace(page, uncertified=UNCERTIFIED, holds_title="Holds", tables=tables)
 
 
 def _robot(one: RunToReport) -> str:
@@ -58,7 +40,7 @@ def _scores(runs: Sequence[RunToReport]) -> tuple[ScoreRow, ...]:
         ScoreRow("Task", tuple(_NONE if one.task is None else one.task.title for one in scores)),
         ScoreRow("Completed", tuple("yes" if one.completed else "no" for one in scores)),
         *recording_rows(scores),
-        _row("Time, s", scores, lambda one: one.time_s, "{:.1f}"),
+        _row("Time driven, s", scores, lambda one: one.time_s, "{:.1f}"),
         _row("Depth, mm", scores, lambda one: one.depth_mm, "{:.0f}"),
         _row("Share of the way, %", scores, lambda one: None if one.share is None else 100.0 * one.share, "{:.0f}"),
         _row("Insertion, s", scores, lambda one: one.insertion_s, "{:.1f}"),

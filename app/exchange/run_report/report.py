@@ -9,7 +9,7 @@ import numpy as np
 from app.exchange.run_report.figures import Axes, PlottedLine, figure
 from app.exchange.run_report.in_lumen import lumen_page
 from app.exchange.run_report.page import HoldRow, ReportedRun, RunReportPage, ScoreRow
-from app.exchange.run_report.reported import RunToReport, comments_of, recording_rows, side, title_of, when
+from app.exchange.run_report.reported import RunToReport, page_of, recording_rows, side, when
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.path import SplinePath
@@ -23,7 +23,6 @@ from vfix_engine.worlds.rigid.row import PHASES
 MOST_RUNS = 6  # columns of the table, and lines of a figure that can be told apart
 _COLOURS = ("#1f6fb5", "#c2410c", "#15803d", "#7e3fb0", "#a16207", "#475569")
 _DASHES = ("", "2 0.8", "0.8 0.8", "3 0.8 0.8 0.8", "1.4 1.4", "4 1.6")
-_MOST_HOLDS = 14
 _SMOOTH_S = 0.05  # over which a speed is measured
 _DONE = PHASES.index("done")
 _TASKS = {"follow": "path", "done": "path", "approach": "path", "inspect_hold": "inspection", "free": "free motion"}
@@ -51,26 +50,9 @@ def report_html(runs: Sequence[RunToReport]) -> str:
 
 
 def _rigid_page(runs: Sequence[RunToReport], shown: Sequence[ReportedRun]) -> RunReportPage:
-    holds = _holds(runs, shown)
-    return RunReportPage(
-        title=title_of(runs),
-        subtitle=_subtitle(runs),
-        runs=tuple(shown),
-        scores=_scores(runs),
-        figures=tuple(_figures(runs, shown)),
-        holds=holds[:_MOST_HOLDS],
-        more_holds=max(len(holds) - _MOST_HOLDS, 0),
-        comments=comments_of(runs, shown),
-    )
-
-
-def _subtitle(runs: Sequence[RunToReport]) -> str:
-    """Heads, tools and robots; of a single run also how and when."""
-    cases = list(dict.fromkeys(one.case for one in runs if one.case))
-    tools = list(dict.fromkeys(one.spec.scene.tool_itself().title for one in runs))
-    robots = list(dict.fromkeys(one.spec.scene.robot_model().title for one in runs if one.score.certified))
-    one = [runs[0].words, when(runs[0].recorded)] if len(runs) == 1 else []
-    return "; ".join(text for text in (*cases, ", ".join(tools), ", ".join(robots), *one) if text)
+    tools = ", ".join(dict.fromkeys(one.spec.scene.tool_itself().title for one in runs))
+    robots = ", ".join(dict.fromkeys(one.spec.scene.robot_model().title for one in runs if one.score.certified))
+    return page_of(runs, shown, (tools, robots), _scores(runs), _figures(runs, shown), _holds(runs, shown))
 
 
 def _scores(runs: Sequence[RunToReport]) -> tuple[ScoreRow, ...]:

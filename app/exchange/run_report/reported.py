@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
-from app.exchange.run_report.page import ReportedRun, ScoreRow
+from app.exchange.run_report.page import HoldRow, ReportedRun, RunReportPage, ScoreRow
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.runtime.run import Run
@@ -24,6 +24,7 @@ if TYPE_CHECKING:  # a folder is reported without a store
     from app.drives.live_comments import RunComment
 
 _SIDES = ("LR", "PA", "SI")  # letters of the positive and of the negative side of each LPS axis
+_MOST_HOLDS = 14
 LUMEN_RATE_HZ = 30.0  # of the curves of a run in a lumen
 
 
@@ -109,8 +110,30 @@ class RunToReport:
         return lumen_holds_of(self.run)
 
 
-def title_of(runs: Sequence[RunToReport]) -> str:
-    """Of the report."""
+def page_of(
+    runs: Sequence[RunToReport],
+    shown: Sequence[ReportedRun],
+    driven: Sequence[str],
+    scores: Sequence[ScoreRow],
+    figures: Sequence[tuple[str, str]],
+    holds: Sequence[HoldRow],
+) -> RunReportPage:
+    """The page. driven: tools and robots in words, beside the cases; of a single run also how and when."""
+    cases = list(dict.fromkeys(one.case for one in runs if one.case))
+    alone = [runs[0].words, when(runs[0].recorded)] if len(runs) == 1 else []
+    return RunReportPage(
+        title=_title(runs),
+        subtitle="; ".join(text for text in (*cases, *driven, *alone) if text),
+        runs=tuple(shown),
+        scores=tuple(scores),
+        figures=tuple(figures),
+        holds=tuple(holds[:_MOST_HOLDS]),
+        more_holds=max(len(holds) - _MOST_HOLDS, 0),
+        comments=_comments(runs, shown),
+    )
+
+
+def _title(runs: Sequence[RunToReport]) -> str:
     plans = list(dict.fromkeys(one.plan for one in runs if one.plan))
     what = "Run" if len(runs) == 1 else f"{len(runs)} runs"
     return f"{what} of {', '.join(plans)}" if plans else what
@@ -124,7 +147,7 @@ def recording_rows(scores: Sequence[ScoredRecording]) -> list[ScoreRow]:
     return [ScoreRow("Recording", tuple(told), lacking)] if lacking else []
 
 
-def comments_of(runs: Sequence[RunToReport], shown: Sequence[ReportedRun]) -> tuple[tuple[str, ...], ...]:
+def _comments(runs: Sequence[RunToReport], shown: Sequence[ReportedRun]) -> tuple[tuple[str, ...], ...]:
     """Label of the run, time and text of every comment."""
     return tuple(
         (run.label, "before" if said.t_s is None else f"{said.t_s:.1f} s", said.text)

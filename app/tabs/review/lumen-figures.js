@@ -7,7 +7,7 @@ const PERCENT = 100;
 
 /** @type {Figure<LumenScorePublic>[]} */
 const FIGURES = [
-  { name: "Time", unit: "s", digits: 1, of: ({ time_s: time }) => time },
+  { name: "Time driven", unit: "s", digits: 1, of: ({ time_s: time }) => time },
   { name: "Depth", unit: "mm", digits: 0, of: ({ depth_mm: depth }) => depth, more: true },
   { name: "Share of the route", unit: "%", digits: 0, of: ({ share }) => (share === null ? null : PERCENT * share), more: true },
   { name: "Time in", unit: "s", digits: 1, of: ({ insertion_s: time }) => time },

@@ -8,8 +8,8 @@ import { duration } from "./runs.js";
 
 const PERCENT = 100;
 const END_MM = 2; // a robot that comes so near to the end of its way comes to it
-const DECIDE = ["Time", "Depth", "Deviation, largest", "Beyond bound", "Behind wall, links", "Hand force, largest"];
-const DECIDE_TASK = ["Time", "Depth", "Distance error", "Angle error", "Distance from the arrow", "Beyond bound", "Behind wall, links"];
+const DECIDE = ["Time driven", "Depth", "Deviation, largest", "Beyond bound", "Behind wall, links", "Hand force, largest"];
+const DECIDE_TASK = ["Time driven", "Depth", "Distance error", "Angle error", "Distance from the arrow", "Beyond bound", "Behind wall, links"];
 
 /**
  * The result in one line: what the task came to, and where the tip did.
@@ -55,7 +55,7 @@ export function lumenFacts(score) {
   const { deviation, nearest_mm: nearest, bound_mm: bound, beyond_bound_mm: beyond, behind_wall: behind, force_n: force, withdrawal_s: back, task } = score;
   /** @type {Fact[]} */
   const facts = [
-    { name: "Time", value: duration(score.time_s) },
+    { name: "Time driven", value: duration(score.time_s) },
   ];
   if (score.depth_mm !== null && score.share !== null && score.insertion_s !== null) { // from a fixed base nothing is inserted
     facts.push(

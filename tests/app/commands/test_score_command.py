@@ -77,7 +77,7 @@ def test_a_run_of_a_task_is_said_as_on_the_card() -> None:
     }  # fmt: skip
     facts = facts_of(score)
     assert dict(facts) == {
-        "Time": "1:01 min", "Depth": "412 mm", "Share of the route": "50 %", "Time in": "40.0 s",
+        "Time driven": "1:01 min", "Depth": "412 mm", "Share of the route": "50 %", "Time in": "40.0 s",
         "Withdrawal": "not drawn out", "Deviations": "3, 2.5 s", "Deviation, largest": "6.3 mm",
         "Nearest to a bound": "6.3 mm", "Bound, largest": "8.0 mm", "Beyond bound": "1.3 mm",
         "Behind wall, links": "not measured", "Behind wall, pathway": "30 %, 3.5 mm", "Path of the tip": "500 mm",
