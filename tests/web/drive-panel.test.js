@@ -57,12 +57,16 @@ test("a SpaceMouse that no browser has allowed yet can be asked for", () => {
 });
 
 test("a task whose polyps were drawn says from how much of the wall, and how many are viewed", () => {
-  const now = { of: 10, cleared: 0, held_s: 0, hold_s: 7, viewed: false, completed: false, words: "", end_mm: 500, end_name: "ascending", viewable_share: 0.876 };
+  const now = { of: 10, cleared: 0, held_s: 0, hold_s: 7, viewed: false, seen: null, completed: false, words: "", end_mm: 500, end_name: "ascending", viewable_share: 0.876 };
   const told = (/** @type {any} */ changed) => String(taskGroup(connectionOf({}), /** @type {any} */ ({ offered: ["polyps"], labels: null, task: "polyps", places: "route", seed: 0, marks: 2, open: true, now: { ...now, ...changed } })));
   assert.match(told({}), /Drawn from the viewable 88 % of the wall/);
   assert.doesNotMatch(told({ viewable_share: null }), /Drawn from the/);
   assert.match(told({ cleared: 3 }), /3 of 10 viewed/); // how many: the numbers in 3D are those of places, and any may come first
   assert.doesNotMatch(told({ cleared: 3 }), /Polyp 4/);
+  assert.match(told({}), /Not in view/);
+  const seen = [[31, 5, /Too far, 31\u00a0mm/], [6, 5, /Too near, 6\u00a0mm/], [15, 27, /27° off centre/]];
+  for (const [distance_mm, angle_deg, words] of seen) assert.match(told({ seen: { distance_mm, angle_deg } }), /** @type {RegExp} */ (words));
+  assert.match(told({ viewed: true, held_s: 1 }), /1.0 of 7 s/);
 });
 
 test("a run of a robot ends where the robot is", () => {

@@ -105,17 +105,26 @@ class TaskPolypView(TypedDict):
     colour: float
 
 
+class PolypSeenView(TypedDict):
+    """A polyp in the picture: its distance from the lens, and its angle off the optical axis."""
+
+    distance_mm: float
+    angle_deg: float
+
+
 class TaskNowView(TypedDict):
     """Study I of this drive. polyps: those that are left, of so many.
 
     held_s: for how long what is aimed at is viewed, of hold_s. frame_deg: half the opening of the aiming frame. end_mm:
     of the tip, where the task ends; end_name: of the landmark there. viewable_share: of the wall there, None if nobody
-    asked. words: why this may differ from the run's score.
+    asked. words: why this may differ from the run's score. seen: how far in mm and how many degrees off the axis the
+    polyp is that is in the picture and not viewed; None for none.
     """
 
     of: int
     cleared: int
     viewed: bool
+    seen: PolypSeenView | None
     held_s: float
     hold_s: float
     polyps: list[TaskPolypView]

@@ -15,6 +15,7 @@ const LABELS_HELP = "Study II of Kwok 2013, with the arm that is chosen above, f
 /** @type {Record<NonNullable<DriveTaskView["task"]>, string>} */
 const NAMES = { polyps: "Polyps", labels: "Labels" };
 const HALF_MM = 10; // of an arrow
+const NEAR_MM = 8, FAR_MM = 22; // between which a polyp is viewed
 const MOST_SEED = 2 ** 31 - 1;
 const fields = new NumberFields();
 
@@ -66,12 +67,20 @@ function drawnFrom(now) {
   return html`<p class="words" id="task-drawn">Drawn from the viewable ${fixed(100 * now.viewable_share, 0)} % of the wall.</p>`;
 }
 
+/** Why the polyp in the picture is not viewed: 15 ± 7 mm, ± 20°. @param {TaskNowView["seen"]} seen */
+function aside(seen) {
+  if (seen === null) return "Not in view";
+  const { distance_mm: away, angle_deg: off } = seen;
+  if (away > FAR_MM) return `Too far, ${fixed(away, 0)}\u00a0mm`;
+  return away < NEAR_MM ? `Too near, ${fixed(away, 0)}\u00a0mm` : `${fixed(off, 0)}° off centre`;
+}
+
 /** @param {TaskNowView} now */
 function progress(now) {
   const { of, cleared, held_s: held, hold_s: hold, viewed, completed } = now;
   const words = completed ? "End reached" : cleared === of ? "All viewed" : `${cleared} of ${of} viewed`; // no number: those in 3D are by place
   const share = hold > 0 ? Math.min(1, held / hold) : 0;
-  return html`<dl class="facts" id="task-facts"><dt>${words}</dt><dd>${viewed ? `${fixed(held, 1)} of ${fixed(hold, hold % 1 ? 1 : 0)} s` : cleared === of || completed ? "" : "Not in view"}</dd></dl>
+  return html`<dl class="facts" id="task-facts"><dt>${words}</dt><dd>${viewed ? `${fixed(held, 1)} of ${fixed(hold, hold % 1 ? 1 : 0)} s` : cleared === of || completed ? "" : aside(now.seen)}</dd></dl>
     <div class="progress"><div style=${`width: ${(100 * share).toFixed(1)}%`}></div></div>
     ${now.words ? html`<p class="words caution" role="status">${said(now.words)}</p>` : nothing}`;
 }

@@ -15,7 +15,7 @@ from app.scene import palette
 from app.scene.lumen import MarkNodes, MarkShape
 from app.tabs.drive import commands as c
 from app.tabs.drive.labels import label_layers, labels_key, labels_now
-from app.tabs.drive.sections import DriveTaskView, TaskNowView
+from app.tabs.drive.sections import DriveTaskView, PolypSeenView, TaskNowView
 from app.tabs.drive.view import SnakeRecord
 from app.workspace.layers import Layer
 from vfix_engine.study.polyps.aiming import LIMITS
@@ -67,6 +67,7 @@ def _task_now(watch: PolypWatch, progress: PolypProgress) -> TaskNowView:
         "of": len(task.polyps),
         "cleared": progress.cleared,
         "viewed": progress.viewed,
+        "seen": _seen(watch, progress),
         "held_s": round(progress.held_s, 2),
         "hold_s": task.hold_s,
         "polyps": [{"at": place(targets[index]), "colour": round(_colour(progress, index), 3)} for index in left],
@@ -78,6 +79,12 @@ def _task_now(watch: PolypWatch, progress: PolypProgress) -> TaskNowView:
         "completed": progress.completed,
         "words": watch.trouble,
     }
+
+
+def _seen(watch: PolypWatch, progress: PolypProgress) -> PolypSeenView | None:
+    if watch.live is None or not watch.live.in_picture or progress.aim is None:
+        return None
+    return {"distance_mm": round(progress.aim.distance_mm, 0), "angle_deg": round(progress.aim.angle_deg, 0)}
 
 
 def task_layers(watch: TaskWatch[Any] | None) -> list[Layer[Any]]:

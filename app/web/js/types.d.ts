@@ -1353,12 +1353,14 @@ export interface DriveTaskView {
  *
  * held_s: for how long what is aimed at is viewed, of hold_s. frame_deg: half the opening of the aiming frame. end_mm:
  * of the tip, where the task ends; end_name: of the landmark there. viewable_share: of the wall there, None if nobody
- * asked. words: why this may differ from the run's score.
+ * asked. words: why this may differ from the run's score. seen: how far in mm and how many degrees off the axis the
+ * polyp is that is in the picture and not viewed; None for none.
  */
 export interface TaskNowView {
   of: number;
   cleared: number;
   viewed: boolean;
+  seen: PolypSeenView | null;
   held_s: number;
   hold_s: number;
   polyps: TaskPolypView[];
@@ -1369,6 +1371,12 @@ export interface TaskNowView {
   viewable_share: number | null;
   completed: boolean;
   words: string;
+}
+
+/** A polyp in the picture: its distance from the lens, and its angle off the optical axis. */
+export interface PolypSeenView {
+  distance_mm: number;
+  angle_deg: number;
 }
 
 /** A polyp that was not viewed for long enough yet. at: its middle now, LPS mm; colour: 0, blue, to 1, yellow. */

@@ -62,7 +62,11 @@ def test_polyps_of_the_route_are_viewed_held_and_cleared_as_the_run_says(
     with pytest.raises(ControlError, match="holds the handle"):
         send(other.tab, "drive.task", task=None)
 
+    far = client.until(lambda shown: shown["drive_task"]["now"]["seen"], INSERT)["drive_task"]["now"]
+    assert 22.0 < far["seen"]["distance_mm"] <= 60.0  # in the picture, and too far to be viewed
+    assert far["seen"]["angle_deg"] < 35.0
     seen = client.until(lambda shown: shown["drive_task"]["now"]["viewed"], INSERT)["drive_task"]["now"]
+    assert seen["seen"] is None
     assert max(polyp["colour"] for polyp in seen["polyps"]) > 0.0
     client.tab.handle_now(STOP)
     client.until(lambda shown: shown["drive_task"]["now"]["cleared"] == 2)
