@@ -29,6 +29,8 @@ from .bvh16_search import (
 )  # fmt: skip
 from .candidate_kernels import append_block, nearest_of_block
 
+ROW = 11  # numbers of a pair's row and labels
+
 
 @no_refcount
 def _nearest(
@@ -161,11 +163,15 @@ def _store_nearest(work: Array, lane: int, numbers: Array) -> None:
 
 
 @compiled
-def bvh16_closest(store: Array, tool: Array) -> tuple[Array, float, int, int]:
-    """The row of the pair with the smallest distance (see ``pair_from_row``), the distance, segment and triangle."""
-    buffer = np.empty(11)
-    segment, triangle = _closest(store, tool, buffer, np.empty(WORKSPACE))
-    return buffer, buffer[0], segment, triangle
+def bvh16_closest(store: Array, tool: Array) -> tuple[tuple[float, ...], int, int]:
+    """The row of the pair with the smallest distance as ten numbers (see ``pair_from_row``), its segment and triangle.
+
+    Ten numbers are handed over in a fifth of the time of an array.
+    """
+    space = np.empty(WORKSPACE + ROW)
+    row = space[WORKSPACE:]
+    segment, triangle = _closest(store, tool, row, space[:WORKSPACE])
+    return (row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8], row[9]), segment, triangle
 
 
 @no_refcount

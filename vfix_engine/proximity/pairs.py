@@ -84,16 +84,16 @@ class Pair:
         place = _COLUMNS.get(name)
         if place is None or "_row" not in self.__dict__:
             raise AttributeError(f"a pair has no {name}")
-        part = self.__dict__[name] = self.__dict__["_row"][place[1]]
+        part = self.__dict__[name] = np.array(self.__dict__["_row"][place[1]])
+        part.setflags(write=False)
         return part
 
 
-def pair_from_row(row: Array, distance: float, segment: int, triangle: int) -> Pair:
-    """A pair from a kernel's row (10,)."""
-    row.setflags(write=False)
+def pair_from_row(row: tuple[float, ...], segment: int, triangle: int) -> Pair:
+    """A pair from the ten numbers of a kernel's row; its vectors become arrays when they are read."""
     pair = object.__new__(Pair)
     own = pair.__dict__
-    own["_row"], own["distance"], own["segment"], own["triangle"] = row, distance, segment, triangle
+    own["_row"], own["distance"], own["segment"], own["triangle"] = row, row[0], segment, triangle
     return pair
 
 
