@@ -27,8 +27,8 @@ def create_app(settings: Settings, services: Services, scene_server: SceneServer
     services.sweep()
     warm_up = WarmUp(
         (
+            WarmUpStep("Getting ready", lambda: application.load_routes()),  # first: a script waits for nothing else
             WarmUpStep("Loading the scene", _load_scene),
-            WarmUpStep("Getting ready", lambda: application.load_routes()),
             WarmUpStep(_preparing, preparation.prepare, needed=lambda: not preparation.is_prepared(), optional=True),
             WarmUpStep("Reading the head", lambda: _read_head(services)),
             WarmUpStep("Loading the geometry engine", lambda: _drive_plans(services)),
