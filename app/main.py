@@ -1,11 +1,10 @@
 """Wires settings, services, scene server and routers into the application that `vfix serve` runs."""
 
 import importlib
+from collections.abc import Sequence
 
-from fastapi import FastAPI
+from fastapi import APIRouter, FastAPI
 
-from app.api import router as api_router
-from app.api.moved import router as moved_router
 from app.gateway.application import build_application
 from app.gateway.scene_server import SceneServer
 from app.gateway.warm_up import WarmUp, WarmUpStep
@@ -14,7 +13,6 @@ from app.live import LiveLink
 from app.services import Services, build_services
 from app.session import router as session_router
 from app.settings import Settings
-from app.tabs.registry import routers as tab_routers
 from vfix_engine.worlds import registry as worlds
 from vfix_engine.worlds.rigid import preparation
 
@@ -29,6 +27,7 @@ def create_app(settings: Settings, services: Services, scene_server: SceneServer
     services.sweep()
     warm_up = WarmUp(
         (
+            WarmUpStep("Getting ready", lambda: application.load_routes()),  # first: a script waits for nothing else
             WarmUpStep("Loading the scene", _load_scene),
             WarmUpStep(_preparing, preparation.prepare, needed=lambda: not preparation.is_prepared(), optional=True),
             WarmUpStep("Reading the head", lambda: _read_head(services)),
@@ -37,9 +36,18 @@ def create_app(settings: Settings, services: Services, scene_server: SceneServer
         later=(WarmUpStep("Preparing the snake", worlds.SNAKE.prepare),),
         ends=(PlannerEnds,),
     )
-    routers = (api_router, session_router, *tab_routers(), moved_router)  # the last takes what is left below /api
     link = None if settings.igtl is None else LiveLink(settings.igtl, services)
-    return build_application(settings, services, scene_server, warm_up, routers, link)
+    application = build_application(settings, services, scene_server, warm_up, (session_router,), link, _rest_routers)
+    return application
+
+
+def _rest_routers() -> Sequence[APIRouter]:
+    """Everything below /api."""
+    from app.api import router as api_router  # imported here: slow to load
+    from app.api.moved import router as moved_router
+    from app.tabs.registry import routers as tab_routers
+
+    return (api_router, *tab_routers(), moved_router)  # the last takes what is left
 
 
 def _load_scene() -> None:

@@ -1,93 +1,19 @@
-"""REST over the services: cases, plans, jobs, runs, pictures and exports. Not for clinical use."""
+"""REST over the services: cases, plans, jobs, runs, pictures and exports. Not for clinical use.
 
-from typing import Any
+The routes are loaded when they are first asked for: making them takes as long as all else of a start.
+"""
 
-from fastapi import APIRouter
+from typing import TYPE_CHECKING, Any
 
-from app.api import (
-    archives,
-    assignments,
-    cases,
-    endoscope,
-    jobs,
-    label_files,
-    lumen_endoscope,
-    lumen_paths,
-    lumen_views,
-    openings,
-    overlays,
-    pictures,
-    plan_files,
-    plan_parts,
-    plan_reports,
-    plan_versions,
-    plans,
-    refining,
-    registration_calibration,
-    registration_files,
-    registrations,
-    robots,
-    run_comments,
-    run_exports,
-    run_scores,
-    run_swept,
-    runs,
-    segmentation,
-    structures,
-    studies,
-    suggestions,
-    tool_poses,
-    tracing,
-    volumes,
-)
-from app.api.dependencies import ERRORS
-from app.operations.rest import OperationRoutes
+if TYPE_CHECKING:
+    from app.api.routes import described, router
 
 __all__ = ["described", "router"]
 
-_operations = OperationRoutes(lambda request: request.app.state.services)
-router = APIRouter(prefix="/api/v1")
-router.include_router(_operations.router, responses=ERRORS)
-for part in (
-    archives,
-    cases,
-    structures,
-    segmentation,
-    label_files,
-    volumes,
-    overlays,
-    openings,
-    pictures,
-    plans,
-    plan_parts,
-    plan_reports,
-    plan_versions,
-    suggestions,
-    tool_poses,
-    endoscope,
-    lumen_endoscope,
-    lumen_paths,
-    lumen_views,
-    plan_files,
-    registrations,
-    registration_files,
-    refining,
-    tracing,
-    registration_calibration,
-    robots,
-    jobs,
-    runs,
-    run_comments,
-    run_exports,
-    run_scores,
-    run_swept,
-    assignments,
-    studies,
-):
-    router.include_router(part.router)
 
+def __getattr__(name: str) -> Any:
+    if name in __all__:
+        from app.api import routes
 
-def described(document: dict[str, Any]) -> dict[str, Any]:
-    """OpenAPI with the schemas that the routes of operations refer to."""
-    document.setdefault("components", {}).setdefault("schemas", {}).update(_operations.components)
-    return document
+        return getattr(routes, name)
+    raise AttributeError(f"module {__name__} has no attribute {name!r}")

@@ -5,7 +5,6 @@ import struct
 from collections.abc import Sequence
 from typing import Annotated, Literal
 
-import cv2
 import numpy as np
 from fastapi import APIRouter, Query, Response
 
@@ -37,6 +36,8 @@ def slice_picture(
     volume: VolumeName = None,
 ) -> Response:
     """A slice at an LPS position; `X-Transform-Pixel-To-LPS` has the 4x4 matrix of (column, row, 0, 1), in mm."""
+    import cv2  # imported here: slow to load
+
     image, transform = volume_of(services, case_id, volume).slice_image(axis, position_mm, window, level)
     _, encoded = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
     headers = {

@@ -3,12 +3,14 @@
 import argparse
 import contextlib
 import dataclasses
+import gc
 import os
 import socket
 import sys
 import threading
 import time
 import webbrowser
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from app.browsers import PAGE_STAYS_S, private_page, remove_old_pages
@@ -18,6 +20,8 @@ from vfix_engine.errors import InputError
 
 if TYPE_CHECKING:
     import uvicorn
+
+    from app.gateway.server import PlannerServer
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> argparse.ArgumentParser:
@@ -60,14 +64,9 @@ def run(args: argparse.Namespace) -> int:
     may_move = args.port is None and "VFIX_PORT" not in os.environ
     allowed_hosts(settings)  # refuses what cannot be guarded before anything is opened
     with bind(settings, may_move=may_move) as listener:
-        from app.gateway.connections import raise_descriptor_limit
-        from app.gateway.server import PlannerServer
-        from app.main import build  # takes seconds: a refusal need not wait for it
-
         settings = dataclasses.replace(settings, port=listener.getsockname()[1])
         check_ports(settings)
-        raise_descriptor_limit()
-        server = PlannerServer(build(settings))
+        server = _built(settings)
         listener.listen(128)  # whoever opens the address at once waits a moment and is not turned away
         print(f"vfix is at {login_url(settings)}", flush=True)
         if settings.igtl is not None:
@@ -85,6 +84,26 @@ def run(args: argparse.Namespace) -> int:
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(0 if server.started else 1)
+
+
+def _built(settings: Settings) -> "PlannerServer":
+    """The server of the planner, with garbage collection off: what is imported stays, and was looked at repeatedly."""
+    with _uncollected():
+        from app.gateway.connections import raise_descriptor_limit
+        from app.gateway.server import PlannerServer
+        from app.main import build  # takes seconds: a refusal need not wait for it
+
+        raise_descriptor_limit()
+        return PlannerServer(build(settings))
+
+
+@contextlib.contextmanager
+def _uncollected() -> Iterator[None]:
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
 
 
 def check_ports(settings: Settings) -> None:

@@ -7,7 +7,7 @@ import json
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,12 +21,14 @@ from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.runtime.run import TICKS, Run
 from vfix_engine.runtime.system import SystemSpec
 from vfix_engine.study.holds import holds_of
-from vfix_engine.study.lumen import LumenSeries, lumen_holds_of, lumen_series_of, score_lumen_run
 from vfix_engine.study.metrics import score_run
 from vfix_engine.study.series import RunSeries, series_of
 from vfix_engine.worlds.registry import WORLDS, spec_of
 from vfix_engine.worlds.rigid.row import PHASES
 from vfix_engine.worlds.snake.row import LIMITS
+
+if TYPE_CHECKING:
+    from vfix_engine.study.lumen import LumenSeries
 
 VERSION = 6  # of the definitions of the score and of a hold
 RATE_HZ = 30.0
@@ -121,6 +123,8 @@ def _rigid_score(run: Run, spec: SystemSpec) -> dict[str, Any]:
 
 
 def _lumen_score(run: Run, spec: SystemSpec, wall: TriangleMesh | None) -> dict[str, Any]:
+    from vfix_engine.study.lumen import lumen_holds_of, score_lumen_run  # imported here: loads the snake's world
+
     score = score_lumen_run(run, spec, wall).to_dict()
     score["holds"] = [hold.to_dict() for hold in lumen_holds_of(run, spec)]
     return score
@@ -133,6 +137,8 @@ def _rigid_series(read: Run, run: StoredRun) -> dict[str, Any]:
 
 
 def _lumen_series(read: Run, run: StoredRun) -> dict[str, Any]:
+    from vfix_engine.study.lumen import lumen_series_of  # imported here: loads the snake's world
+
     rate = min(LUMEN_RATE_HZ, MOST_LUMEN_SAMPLES / float(read.column("t").max()))
     return plain_lumen_series(lumen_series_of(read, rate), run)
 

@@ -10,10 +10,10 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Lifespan
 
 from app import __version__
-from app.api import described
 from app.gateway.body_limit import BodyLimit
 from app.gateway.error_answers import DiscreetErrors, install_error_answers
 from app.gateway.guard import Guard
+from app.gateway.later_routes import LaterRoutes, MakeRouters
 from app.gateway.pages import WEB_DIR, page_router
 from app.gateway.relay import scene_router
 from app.gateway.scene_server import SceneServer
@@ -36,9 +36,12 @@ class Link(Protocol):
 
 
 class GuardedApplication(FastAPI):
-    """FastAPI with the guard as the outermost layer, outside its own middleware."""
+    """FastAPI with the guard as the outermost layer, outside its own middleware.
 
-    def __init__(self, settings: Settings, lifespan: Lifespan[FastAPI]) -> None:
+    later: makes routers below /api/ that are included by `load_routes`, or when one of their routes is asked for.
+    """
+
+    def __init__(self, settings: Settings, lifespan: Lifespan[FastAPI], later: MakeRouters = tuple) -> None:
         super().__init__(
             title="vfix",
             version=__version__,
@@ -48,14 +51,23 @@ class GuardedApplication(FastAPI):
             lifespan=lifespan,
         )
         self.state.settings = settings
+        self._later = LaterRoutes(later, self.include_router)
+
+    def load_routes(self) -> None:
+        """Include the later routers now."""
+        self._later.load()
 
     def openapi(self) -> dict[str, Any]:
         """With what operations on documents refer to."""
+        from app.api import described  # imported here: slow to load
+
+        self.load_routes()
         return described(super().openapi())
 
     def build_middleware_stack(self) -> ASGIApp:
         """Starlette calls this once, before the first request."""
-        return Guard(DiscreetErrors(BodyLimit(super().build_middleware_stack())), self.state.settings)
+        inner = self._later.before(super().build_middleware_stack())
+        return Guard(DiscreetErrors(BodyLimit(inner)), self.state.settings)
 
 
 def build_application(
@@ -65,12 +77,13 @@ def build_application(
     warm_up: WarmUp,
     routers: Sequence[APIRouter],
     link: Link | None = None,
-) -> FastAPI:
+    later: MakeRouters = tuple,
+) -> GuardedApplication:
     """Return the application; its `state` holds settings, services, scene_server and warmup, closed at its shutdown.
 
-    link: a further server, started and closed with the application.
+    link: a further server, started and closed with the application. later: as of `GuardedApplication`.
     """
-    app = GuardedApplication(settings, _lifespan(services, scene_server, warm_up, link))
+    app = GuardedApplication(settings, _lifespan(services, scene_server, warm_up, link), later)
     app.state.services = services
     app.state.scene_server = scene_server
     app.state.warmup = warm_up

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from ..arrays import Array
 from .model import PlacedRobot
@@ -72,6 +71,8 @@ def inverse_kinematics(placed: PlacedRobot, rotation: Array, position: Array, st
 
 def _error(placed: PlacedRobot, rotation: Array, position: Array, q: Array) -> tuple[Array, Array]:
     """Pose error (6,) in mm, angles times the lever, and its Jacobian (6, n)."""
+    import pinocchio as pin  # imported here: slow to load
+
     tip = placed.tip(q)
     turn = pin.log3(rotation @ tip.rotation.T)
     error = np.concatenate([position - tip.position, _LEVER_MM * turn])

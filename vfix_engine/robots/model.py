@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
@@ -17,7 +16,6 @@ from ..validate import real_array
 from .chain_kernel import Chain
 from .config import load_robot, parts_of_urdf
 from .description import check_transform
-from .from_pinocchio import robot_from_pinocchio
 from .joints import Joint, Mount, RobotParts, Visual
 from .tool import Tool
 
@@ -107,6 +105,8 @@ class RobotModel:
             RobotError: there is no such frame, a joint of the chain is neither revolute nor prismatic, or a prismatic
             joint has no limits.
         """
+        from .from_pinocchio import robot_from_pinocchio  # imported here: Pinocchio is slow to load
+
         return cls(**vars(robot_from_pinocchio(model, tip_frame, weights, hold)))
 
     def transform_tip_to_link(self, tool: Tool) -> Array:
@@ -165,6 +165,8 @@ class PlacedRobot:
     """
 
     def __init__(self, robot: RobotModel, base: ArrayLike, tip_in_link: Array):
+        import pinocchio as pin  # imported here: slow to load
+
         self.robot = robot
         self.base = check_transform(np.asarray(base, dtype=float))
         tip = check_transform(tip_in_link, "the tip's placement")
@@ -197,6 +199,8 @@ class PlacedRobot:
 
     def tip(self, q: Array) -> TipState:
         """Tip pose and Jacobian at q (n,)."""
+        import pinocchio as pin  # as above
+
         pin.computeJointJacobians(self._model, self._data, q)
         placement = pin.updateFramePlacement(self._model, self._data, self._tip)
         jacobian = pin.getFrameJacobian(self._model, self._data, self._tip, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
@@ -204,11 +208,15 @@ class PlacedRobot:
 
     def tip_pose(self, q: Array) -> tuple[Array, Array]:
         """Rotation (3, 3) and position (3,) of the tip at q, without the Jacobian."""
+        import pinocchio as pin  # as above
+
         pin.forwardKinematics(self._model, self._data, q)
         placement = pin.updateFramePlacement(self._model, self._data, self._tip)
         return placement.rotation.copy(), placement.translation.copy()
 
     def link_placements(self, q: ArrayLike) -> Array:
         """Placements (n + 1, 4, 4) of the base and of every moving link in the patient frame, for drawing."""
+        import pinocchio as pin  # as above
+
         pin.forwardKinematics(self._model, self._data, np.asarray(q, dtype=float))
         return np.stack([self.base, *(self._data.oMi[i].homogeneous for i in range(1, self._last + 1))])

@@ -166,8 +166,9 @@ class SnakeModel:
 
     def clamp(self, q: ArrayLike) -> Array:
         """Clip joints (2L,) to ± q_max; errors as for ``frames``."""
-        clamped: Array = np.clip(self._joints(q), -self.q_max, self.q_max)
-        return clamped
+        joints = self._joints(q)  # a copy; faster than np.clip, as a control step clamps a lot
+        np.minimum(np.maximum(joints, -self.q_max, out=joints), self.q_max, out=joints)
+        return joints
 
     def vertices(self, count: int = 500) -> LinkVertices:
         """Return exactly ``count`` vertices of the surface (Kwok 2013, section IV.B: 500 for five links)."""

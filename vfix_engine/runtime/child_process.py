@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import signal
 import sys
+import threading
 from multiprocessing.connection import Connection
 
 from ..error_places import error_places
@@ -50,7 +51,8 @@ def control_main(
         driver = Driver(system, workers, record)
         hand = Hand(control or first_control(spec.world))
         mailboxes = Mailbox.attach(out), Mailbox.attach(into)
-        loop = ControlLoop(driver, *mailboxes, pipe, events, RealTimePriority(real_time), hand)
+        carriers = [thread for thread in threading.enumerate() if thread is not threading.current_thread()]
+        loop = ControlLoop(driver, *mailboxes, pipe, events, RealTimePriority(real_time, others=carriers), hand)
         gc.collect()
         gc.freeze()  # excludes the objects that exist now from later collections
         events.put(Event("ready"))

@@ -42,6 +42,7 @@ class Driver(Generic[S]):
         self._line = np.zeros(COMMAND_SIZE + len(system.row_layout))
         self._row = self._line[COMMAND_SIZE:]
         self.state: S = system.start()
+        self.adopted = False  # whether the last poll adopted a result
 
     @property
     def settings(self) -> WorldSettings:
@@ -93,6 +94,7 @@ class Driver(Generic[S]):
         """Adopt a finished result of the worker, and give it the next job."""
         workers = self._workers
         done = workers.take(self.system.steps(self.state))
+        self.adopted = done is not None
         if done is not None:
             self.adopt(*done)
         if workers.free:

@@ -109,7 +109,7 @@ class ControlLoop:
         """Make one step with the operator's command, or without one while the system decelerates or its world moves."""
         command = self._hand.command(self._system.grip(self._driver.state), now) if driven else no_command()
         self._driver.step(command)
-        self._publish()
+        self._publish(2.0 * PUBLISH_S if self._driver.adopted else PUBLISH_S)  # no tick does both if it can wait
 
     def _read_hand(self, now: float) -> None:
         news = self._in.read(self._input_seen)

@@ -2,7 +2,7 @@
 
 Arrays are written as bytes. Records of this library (dataclasses and named tuples, such as a worker's plan) are
 written as their class name and their fields; only records of this library are created on reading, and of modules that
-are already loaded.
+are already loaded. A field of a dataclass with ``DERIVED`` as its metadata is not written.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from ..moved import current_class
 
 _ROOT = "vfix_engine."
 _CLASS, _ARRAY, _TUPLE = "§class", "§array", "§tuple"
+_DERIVED = "derived"
+DERIVED = {_DERIVED: True}  # metadata of a field that follows from the others; it has its default after reading
 
 
 def to_plain(value: Any) -> Any:
@@ -33,7 +35,7 @@ def to_plain(value: Any) -> Any:
     if isinstance(value, np.generic):
         return value.item()
     if is_dataclass(value) and not isinstance(value, type):
-        return _record(value, [one.name for one in fields(value)])
+        return _record(value, [one.name for one in fields(value) if _DERIVED not in one.metadata])
     if isinstance(value, tuple):
         names = getattr(value, "_fields", None)
         return {_TUPLE: [to_plain(one) for one in value]} if names is None else _record(value, list(names))

@@ -3,13 +3,19 @@
 An ordinary thread waits for the processor behind every busy one, such as a browser's; a thread of the scheduling
 class SCHED_FIFO does not. Linux requires a permission (RLIMIT_RTPRIO or CAP_SYS_NICE). The means of other systems are
 not used: there the loop runs at the ordinary priority, and `words` gives the reason.
+
+The control thread also waits for the interpreter lock (GIL). The other threads of its process, which carry messages,
+therefore get a real-time priority with it, below its own: an ordinary one that waits for a core, behind the worker
+process or a browser, may hold the lock meanwhile.
 """
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 
 LEVEL = 1  # the lowest real-time priority is above everything that is not real-time, and needs the least permission
 CONTROL_LEVEL = 2  # of the control process, which may interrupt threads of the lower level; if permitted
@@ -23,10 +29,16 @@ Schedule = Callable[[bool], None]
 
 
 class RealTimePriority:
-    """Priority of the calling thread. words: '' while nothing prevents a real-time priority, otherwise the reason."""
+    """Priority of the calling thread. words: '' while nothing prevents a real-time priority, otherwise the reason.
 
-    def __init__(self, wanted: bool = True, schedule: Schedule | None = None):
-        self._wanted, self._schedule = wanted, schedule or schedule_control
+    Args:
+        wanted: whether to take one at all. schedule: changes the priority.
+        others: threads that get one with it since they share the interpreter lock; see above.
+    """
+
+    def __init__(self, wanted: bool = True, schedule: Schedule | None = None, others: Iterable[threading.Thread] = ()):
+        self._wanted, self._schedule = wanted, schedule or (lambda real_time: schedule_control(real_time, self._others))
+        self._others = tuple(others)
         self.held = False
         self.words = ""
 
@@ -58,12 +70,19 @@ class RealTimePriority:
             self.words = GIVEN_UP
 
 
-def schedule_control(real_time: bool) -> None:
-    """As ``schedule_thread`` for the calling thread, above other real-time threads of vfix if permitted."""
+def schedule_control(real_time: bool, others: Iterable[threading.Thread] = ()) -> None:
+    """As ``schedule_thread`` for the calling thread, above other real-time threads of vfix if permitted.
+
+    others: threads of this process that are moved with it, at the lowest level.
+    """
     try:
         schedule_thread(real_time, level=CONTROL_LEVEL)
     except PermissionError:
         schedule_thread(real_time)
+    for thread in others:
+        if thread.native_id is not None:
+            with suppress(ProcessLookupError):  # the thread has just ended
+                schedule_thread(real_time, thread.native_id)
 
 
 def schedule_thread(real_time: bool, thread: int = 0, level: int = LEVEL) -> None:

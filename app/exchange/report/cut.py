@@ -11,7 +11,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 
-import cv2
 import numpy as np
 
 from vfix_engine.arrays import Array, BoolArray
@@ -171,11 +170,15 @@ def _runs(points: Array, kept: BoolArray) -> Iterator[Array]:
 
 
 def _thinned(points: Array) -> Array:
+    import cv2  # imported here: slow to load
+
     return cv2.approxPolyDP(points.astype(np.float32), _EXACT_MM, False).reshape(-1, 2).astype(np.float64)
 
 
 def _grey(plane: Plane, volume: Volume, centre: Array) -> str:
     """The scan in grey; nothing where the plane lies outside of it."""
+    import cv2  # imported here: slow to load
+
     low, high = volume.bounds
     if not low[plane.through] <= centre[plane.through] <= high[plane.through]:
         return ""

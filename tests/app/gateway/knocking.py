@@ -12,11 +12,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 
-from fastapi import APIRouter, FastAPI
+from fastapi import APIRouter
 from starlette.routing import WebSocketRoute
 from starlette.websockets import WebSocket
 
-from app.gateway.application import build_application
+from app.gateway.application import GuardedApplication, build_application
+from app.gateway.later_routes import MakeRouters
 from app.gateway.scene_server import SceneServer
 from app.gateway.server import PlannerServer
 from app.gateway.warm_up import WarmUp
@@ -38,7 +39,7 @@ class Answer:
 class Planner:
     """A running planner and the ways to knock at it."""
 
-    app: FastAPI
+    app: GuardedApplication
     settings: Settings
     scene_server: SceneServer
 
@@ -146,12 +147,12 @@ class NoServices(contextlib.ExitStack):
 
 
 @contextlib.contextmanager
-def listening(home: Path, routers: Sequence[APIRouter]) -> Iterator[Planner]:
-    """Serve these routers behind the real gateway until the block ends."""
+def listening(home: Path, routers: Sequence[APIRouter], later: MakeRouters = tuple) -> Iterator[Planner]:
+    """Serve these routers behind the real gateway until the block ends; later: others, see `build_application`."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
         settings = Settings(home=home, port=listener.getsockname()[1], token=secrets.token_urlsafe(24))
         scene_server = SceneServer()
-        app = build_application(settings, NoServices(), scene_server, WarmUp(()), routers)
+        app = build_application(settings, NoServices(), scene_server, WarmUp(()), routers, later=later)
         server = PlannerServer(app)
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
         thread.start()

@@ -93,3 +93,27 @@ def test_control_is_above_other_threads_where_that_is_allowed(monkeypatch: pytes
     assert asked == [2, 2, 1]
     allowed = 0
     assert not RealTimePriority().take()
+
+
+def test_what_shares_the_interpreter_lock_is_moved_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A carrier of messages that holds the lock and waits for a core would hold up the control thread."""
+    asked: list[tuple[bool, int, int]] = []
+
+    def schedule(real_time: bool, thread: int = 0, level: int = priority.LEVEL) -> None:
+        if thread == ended.native_id:
+            raise ProcessLookupError
+        asked.append((real_time, thread, level))
+
+    monkeypatch.setattr(priority, "schedule_thread", schedule)
+    go = threading.Event()
+    carrier, ended, begun_never = threading.Thread(target=go.wait), threading.Thread(), threading.Thread()
+    carrier.start()
+    ended.start()
+    ended.join()
+    one = RealTimePriority(others=(carrier, ended, begun_never))
+    assert one.take()
+    one.give_back()
+    go.set()
+    carrier.join()
+    number = carrier.native_id
+    assert asked == [(True, 0, 2), (True, number, 1), (False, 0, 2), (False, number, 1)]

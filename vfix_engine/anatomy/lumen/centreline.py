@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import gaussian_filter1d
 
 from ...arrays import Array
 from ...errors import InputError, PathwayError
@@ -157,6 +156,8 @@ def smoothed_between_ends(points: Array, deviation: float) -> Array:
 
     Each end is extended by the point reflection of as much of the row as the Gaussian reaches, or as there is.
     """
+    from scipy.ndimage import gaussian_filter1d  # imported here: slow to load
+
     more = min(math.ceil(4.0 * deviation), len(points) - 1)
     before = 2.0 * points[0] - points[more:0:-1]
     after = 2.0 * points[-1] - points[-2 : -2 - more : -1]

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import distance_transform_edt, label
 
 from ...arrays import Array
 from ...errors import InputError, PathwayError
@@ -40,6 +39,8 @@ class VoxelLumen:
 
     def depth(self) -> Array:
         """Distance (X, Y, Z) in mm from each voxel's centre to that of the nearest one outside; 0 outside."""
+        from scipy.ndimage import distance_transform_edt  # imported here: slow to load
+
         depth: Array = distance_transform_edt(self.inside, sampling=self.voxel_mm)
         return depth
 
@@ -86,6 +87,8 @@ def by_parity(corners: Array, shape: NDArray[np.int64]) -> NDArray[np.bool_]:
 
 def piece_with(lumen: VoxelLumen, voxel: tuple[int, int, int]) -> VoxelLumen:
     """Keep only the voxels connected to a voxel through faces, cropped to their box with a rim of two voxels."""
+    from scipy.ndimage import label  # imported here: slow to load
+
     numbers, _ = label(lumen.inside)
     piece = numbers == numbers[voxel]
     spans = []

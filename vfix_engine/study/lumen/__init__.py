@@ -1,11 +1,26 @@
-"""What a run of a snake robot in a lumen is worth, and what is plotted of it, from the run alone; docs/metrics.md."""
+"""What a run of a snake robot in a lumen is worth, and what is plotted of it, from the run alone; docs/metrics.md.
 
-from .behind_wall import BehindWall
-from .holds import lumen_holds_of
-from .samples import LumenSamples, lumen_samples_of
-from .score import LumenScore, score_lumen_run
-from .series import LumenSeries, lumen_series_of
-from .task_rows import TASKS, TaskRow, TaskScore
+Names are loaded on first access: what tells a task of a run needs none of the snake's world.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .behind_wall import BehindWall
+    from .holds import lumen_holds_of
+    from .samples import LumenSamples, lumen_samples_of
+    from .score import LumenScore, score_lumen_run
+    from .series import LumenSeries, lumen_series_of
+    from .task_rows import TASKS, TaskRow, TaskScore
+
+_WHERE = {
+    "BehindWall": "behind_wall", "LumenSamples": "samples", "LumenScore": "score", "LumenSeries": "series",
+    "TASKS": "task_rows", "TaskRow": "task_rows", "TaskScore": "task_rows", "lumen_holds_of": "holds",
+    "lumen_samples_of": "samples", "lumen_series_of": "series", "score_lumen_run": "score",
+}  # fmt: skip
 
 __all__ = [
     "TASKS",
@@ -20,3 +35,9 @@ __all__ = [
     "lumen_series_of",
     "score_lumen_run",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _WHERE:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    return getattr(import_module(f".{_WHERE[name]}", __name__), name)

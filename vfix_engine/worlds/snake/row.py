@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import get_args
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 
@@ -13,7 +13,9 @@ from ...robots.snake_kernel import snake_frames
 from ...runtime.system import Column
 from .settings import Arm
 from .stepping.outcome import LimitedBy
-from .stepping.state import SnakeState
+
+if TYPE_CHECKING:  # its codes are needed without the state, which is slow to load
+    from .stepping.state import SnakeState
 
 OUTCOMES = {"rest": "idle", "moved": "moved", "shrunk": "shrunk", "held": "held"}
 LIMITS: tuple[LimitedBy | None, ...] = (None, *get_args(LimitedBy))  # by their codes in a row

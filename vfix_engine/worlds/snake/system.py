@@ -268,8 +268,13 @@ def _control_bends(drive: DriveConstants, state: SnakeState) -> Array:
     if not state.settled or not isinstance(control, ParameterisedControl):
         return np.empty((0, drive.distal.links + 1, 3))
     place = distal_context(drive, state)
-    shapes = [drive.distal.clamp(place.rest + bend.delta) for bend in control.bends]
-    return np.array([drive.distal.frames(shape, place.base)[:, :3, 3] for shape in shapes])
+    distal, links = drive.distal, np.empty((drive.distal.links, 3, 4))
+    found = np.empty((len(control.bends), distal.links + 1, 3))
+    found[:, 0] = place.base[:3, 3]
+    for joints, bend in zip(found, control.bends, strict=True):
+        snake_frames(distal.clamp(place.rest + bend.delta), place.base, distal.length_mm, links)
+        joints[1:] = links[:, :, 3]
+    return found
 
 
 def _blockers(drive: DriveConstants, state: SnakeState) -> tuple[Blocker, ...]:

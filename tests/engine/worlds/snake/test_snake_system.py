@@ -1,5 +1,6 @@
 """The snake as a system: pure steps, plans that come from elsewhere, and what the certificate keeps meanwhile."""
 
+import json
 import multiprocessing
 import pickle
 from dataclasses import replace
@@ -11,10 +12,12 @@ from snake_runs import AGE, BREATH, SAME_MM, TIGHT, hand, judged, made_spec, row
 from vfix_engine.errors import ControlError, InputError
 from vfix_engine.pathway.tissue_motion import breathing, peristalsis, together
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.runtime.plain import from_plain, to_plain
 from vfix_engine.runtime.requests import Bend, Reset, SetSettings, Straighten
 from vfix_engine.worlds.snake import FollowTissue, LumenSurface, SnakeSettings, SnakeSystem, SnakeSystemSpec
 from vfix_engine.worlds.snake.offline.drive_view import DriveView
 from vfix_engine.worlds.snake.plans.planner import rim_travel
+from vfix_engine.worlds.snake.stepping.distal import distal_context
 from vfix_engine.worlds.snake.stepping.tissue import OLDEST_S
 
 
@@ -127,6 +130,35 @@ def test_adoptions_that_were_recorded_give_the_same_run_again(moving: SnakeSyste
         again.append(state)
     assert len(adopted) > 10
     assert np.array_equal(rows(moving, driven), rows(moving, again))
+
+
+def test_the_pathway_is_packed_by_the_planner_as_it_is_from_a_record(moving: SnakeSystem) -> None:
+    """A record has the contours alone, and a tick packs nothing."""
+    state, seen = moving.start(), 0
+    for command in tour(400, seed=13):
+        asked = moving.background(state)
+        if asked is not None:
+            sent = pickle.loads(pickle.dumps(moving.planner(asked.inputs)))
+            kept = from_plain(json.loads(json.dumps(to_plain(sent))))
+            assert kept.packed is None
+            one, other = moving.adopt(state, sent, 0.0), moving.adopt(state, kept, 0.0)
+            assert [array.tobytes() for array in one.packed] == [array.tobytes() for array in other.packed]
+            assert not any(array.flags.writeable for array in (*one.packed, *other.packed))  # another type to kernels
+            seen += one.packed is not state.packed
+            state = one
+        state = moving.step(state, command)
+    assert seen > 10
+
+
+def test_a_snapshot_has_the_joints_in_each_control_bend(still: SnakeSystem) -> None:
+    inside = last(run(still, still.start(), [hand(insert=1.0)] * 4000))
+    state = last(run(still, inside, [hand(1.0)] * 60))
+    assert state.settled
+    told, distal = still.snapshot(state).control_bends, still.constants.distal
+    place = distal_context(still.constants, state)
+    expected = [distal.frames(distal.clamp(place.rest + bend.delta), place.base) for bend in state.control.bends]
+    assert len(expected) in (4, 8)
+    assert np.array_equal(told, np.array(expected)[:, :, :3, 3])
 
 
 def test_without_a_planner_it_holds_and_says_so(still: SnakeSystem, moving: SnakeSystem) -> None:

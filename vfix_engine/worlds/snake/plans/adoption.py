@@ -9,7 +9,7 @@ import numpy as np
 from ....arrays import Array
 from ....errors import ControlError
 from ....pathway.limits.limits import beyond_text
-from ....pathway.packed import pack
+from ....pathway.packed import PackedPathway, pack
 from ....snake.conform.conformance import ShapeSolution
 from ....snake.conform.conforming import blended
 from ....snake.control.parameterised import ParameterisedControl
@@ -92,11 +92,20 @@ def _adopted_look(
         goal = found[0]
         ahead = Ahead(ahead.spacing_mm, goal, goal, plan.sign, _samples(found[1:]))
     tissue = was._replace(
-        packed=pack(seen.centre, seen.tangent, seen.first, seen.radius), length_mm=seen.length_mm,
+        packed=_packed(plan, seen), length_mm=seen.length_mm,
         rim=np.append(seen.rim_mm_per_s, 0.0), seen_t=seen.t, due=state.t + max(state.settings.tissue_s, age_s),
         goal=goal,
     )  # fmt: skip
     return drive.measured(state._replace(tissue=tissue, tip_s=tip_s, ahead=ahead))
+
+
+def _packed(plan: PlannerAnswer, seen: ShapeAtTime) -> PackedPathway:
+    """The pathway seen; packed here where the planner's own was not kept, as in a recorded run: the same bit by bit."""
+    if plan.packed is None:
+        return pack(seen.centre, seen.tangent, seen.first, seen.radius)
+    for array in plan.packed:
+        array.setflags(write=False)  # lost on the way from another process
+    return plan.packed
 
 
 def _extended(state: SnakeState, plan: PlannerAnswer) -> Ahead:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from ....arrays import Array, IntArray
 from ....geometry.curve import Curve
 from ....pathway.limits.link_bounds import LinkBounds
+from ....pathway.packed import PackedPathway
+from ....runtime.plain import DERIVED
 from ....snake.bending.optimise import DistalBend
 from ....snake.conform.conformance import ShapeSolution
 
@@ -137,6 +139,7 @@ class PlannerAnswer:
     seen: the tissue; lost: the reason why there is no valid pathway.
     near: the shape at which ``ahead`` begins, the tips and shapes of an insertion in the direction ``sign``.
     bends: control bends at the requested position ``wanted``. view: the next piece in a direction.
+    packed: the pathway of ``seen``, so that no tick has to pack it; a recorded answer lacks it.
     """
 
     seen: ShapeAtTime | None
@@ -147,3 +150,4 @@ class PlannerAnswer:
     bends: tuple[DistalBend, ...]
     wanted: BendsWanted | None
     view: LookPart | None = None
+    packed: PackedPathway | None = field(default=None, metadata=DERIVED)

@@ -91,7 +91,8 @@ class Planner:
             ahead = self._ahead(wanted, near, curve, packed)
         bends = () if wanted.bends is None else self._bends(wanted.bends)
         view = None if wanted.view is None else self._view(wanted.view)
-        return PlannerAnswer(seen, lost, PlannedShape.of(near), wanted.sign, ahead, bends, wanted.bends, view)
+        own = None if seen is None else packed
+        return PlannerAnswer(seen, lost, PlannedShape.of(near), wanted.sign, ahead, bends, wanted.bends, view, own)
 
     def _look(self, wanted: PlanInputs, t: float) -> ShapeAtTime:
         """The tissue at a time, and the shape that conforms to it, moved off the wall where that is needed.
