@@ -21,7 +21,7 @@ function aHand() {
   globalThis.window = /** @type {any} */ ({ addEventListener() {} });
   /** @type {boolean[]} */
   const holds = [];
-  const hand = new CameraHand(/** @type {any} */ (pane), /** @type {any} */ (picture), /** @type {any} */ (connection), /** @type {any} */ ({ hold: (/** @type {string} */ _, /** @type {boolean} */ on) => holds.push(on) }));
+  const hand = new CameraHand(/** @type {any} */ (pane), /** @type {any} */ (picture), /** @type {any} */ (connection), /** @type {any} */ ({ hold: (/** @type {string} */ what, /** @type {boolean} */ on) => holds.push(what === "scope" && on) }));
   hand.follow(/** @type {any} */ (state), true);
   const drags = () => sent.filter(([type]) => type === "camera.drag").map(([, message]) => message);
   return {

@@ -1,7 +1,7 @@
 // The sheet of shortcuts, on ‘?’.
 import { show } from "./dialogs.js";
 import { barButton, byId, h } from "./dom.js";
-import { SHORTCUTS } from "./shortcuts.js";
+import { shortcutsIn } from "./shortcuts.js";
 
 const SCROLL_PX = 60; // of an arrow key
 
@@ -55,7 +55,7 @@ export class Help {
  */
 function sectionsOf(typed, tab) {
   const words = typed.toLocaleLowerCase().split(/\s+/u);
-  return [...SHORTCUTS].sort(([a], [b]) => Number(b === tab) - Number(a === tab)).flatMap(([title, rows]) => {
+  return shortcutsIn(tab).flatMap(([title, rows]) => {
     const found = rows.filter((row) => words.every((word) => `${title} ${row.keys} ${row.words}`.toLocaleLowerCase().includes(word)));
     return found.length ? [h("section", {}, h("h3", {}, title), h("dl", { class: "keys" }, found.flatMap((row) => [h("dt", {}, row.keys), h("dd", {}, row.words)])))] : [];
   });

@@ -158,11 +158,17 @@ export class Keys {
     return Object.values(this.table).some((codes) => code in codes) && !(ctrlKey || metaKey || altKey);
   }
 
+  /** Where the held keys lead. */
+  get directions() {
+    const { drive = {}, twist = {}, tilt = {} } = this.table;
+    return { drive: directionOf(this.held, drive), twist: directionOf(this.held, twist), tilt: directionOf(this.held, tilt) };
+  }
+
   sendHeld() {
-    const { drive = {}, twist = {}, tilt } = this.table;
-    this.connection.send("drive", { direction: directionOf(this.held, drive) });
-    this.connection.send("twist", { direction: directionOf(this.held, twist) });
-    if (tilt) this.connection.send("tilt", { direction: directionOf(this.held, tilt) });
+    const { drive, twist, tilt } = this.directions;
+    this.connection.send("drive", { direction: drive });
+    this.connection.send("twist", { direction: twist });
+    if (this.table.tilt) this.connection.send("tilt", { direction: tilt });
     this.hold("keys", this.held.size > 0);
   }
 

@@ -64,6 +64,15 @@ export const SHORTCUTS = [
 const KEYS = new Map(SHORTCUTS.flatMap(([, rows]) => rows.flatMap(({ keys, does }) => (does ? [[does, keys]] : []))));
 
 /**
+ * All of them, those of a tab first.
+ * @param {string | undefined} tab its label
+ */
+export function shortcutsIn(tab) {
+  const of = SHORTCUTS.filter(([title]) => title === tab);
+  return [...of, ...SHORTCUTS.filter((group) => !of.includes(group))];
+}
+
+/**
  * The keys of what the palette offers; '' where it has none.
  * @param {string} does
  */
