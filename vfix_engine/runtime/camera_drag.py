@@ -43,7 +43,7 @@ class CameraDrag:
     def __init__(self) -> None:
         self._number = 0
         self._gone: Way = (0.0, 0.0)
-        self._obeyed: Way = (0.0, 0.0)
+        self._obeyed: Way | None = None  # of the camera at the last step of this drag
         self._commanded: Way = (0.0, 0.0)
         self._others: Way = (0.0, 0.0)
 
@@ -56,7 +56,7 @@ class CameraDrag:
         """
         if drag != self._number:
             self._number, self._gone = drag, (0.0, 0.0)
-        else:
+        elif self._obeyed is not None:
             moved = camera.obeyed_mm[0] - self._obeyed[0], camera.obeyed_mm[1] - self._obeyed[1]
             right, down = own_part(moved, self._commanded, self._others)
             self._gone = self._gone[0] + right, self._gone[1] + down
@@ -66,6 +66,10 @@ class CameraDrag:
         self._commanded = x * camera.step_mm, y * camera.step_mm
         self._others = others[0] * camera.step_mm, others[1] * camera.step_mm
         return x, y
+
+    def forget(self, drag: int, wanted: Way) -> None:
+        """What is left of a drag's way so far moves nothing any more."""
+        self._number, self._gone, self._obeyed = drag, wanted, None
 
     def _left(self, wanted: Way, step_mm: float, share: float) -> Way:
         """Axes that go the rest of the way in one step, or as far as a full axis does."""

@@ -173,6 +173,7 @@ class Hand:
         """After a time in which no command was asked for: what was moved meanwhile leads nothing."""
         self._pressed_at = self._coupling.at(now)
         self._led = self._coupling.at(now), self._master.at(now)
+        self._drag.forget(self.input.drags, self.input.dragged)
 
     def command(self, grip: Grip | None, now: float, camera: DrivenCamera | None = None) -> Command:
         """Return the present command, attenuated by the dead man's switches (HAZ-11).

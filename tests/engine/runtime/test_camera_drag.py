@@ -104,6 +104,17 @@ def test_a_hand_that_is_lost_stands_and_goes_on_with_the_same_drag_when_it_is_he
     np.testing.assert_allclose(camera.run(2.0), WAY, atol=2e-3)
 
 
+def test_what_was_dragged_before_a_pause_moves_nothing_after_it() -> None:
+    camera = Camera()
+    camera.drag(np.zeros(2))
+    camera.drag(WAY)
+    part = camera.run(0.1)
+    camera.hand.go_on(camera.now)
+    np.testing.assert_array_equal(camera.run(0.5), part)
+    camera.drag(WAY + np.array([1.0, 0.0]))
+    np.testing.assert_allclose(camera.run(1.0), part + np.array([1.0, 0.0]), atol=2e-3)
+
+
 def test_what_lets_go_of_everything_ends_a_drag_at_once() -> None:
     camera = Camera()
     camera.drag(np.zeros(2))
