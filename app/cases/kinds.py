@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
-from app.cases.model import Case
+from app.cases.model import CAVITY, Case
 from app.cases.structures import CaseKind
 
 # Parts of the Patient tab's panel that only some kinds have.
@@ -49,8 +49,21 @@ KINDS: dict[CaseKind, KindSpec] = {
 }  # fmt: skip
 
 
+_CAVITY = replace(KINDS["lumen"], noun="cavity")  # driven in like any lumen, and called what it is
+
+
+def is_cavity(case: Case) -> bool:
+    """Whether a case is the body cavity."""
+    return any(surface.source == CAVITY for surface in case.surfaces)
+
+
+def kind_of(case: Case) -> KindSpec:
+    """How a case is called and shown."""
+    return _CAVITY if is_cavity(case) else KINDS[case.kind]
+
+
 def uncertainty_words(case: Case) -> str:
     """How far the anatomy of a case may lie off its surface, and what that means; '' where nothing is to be said."""
-    kind = KINDS[case.kind]
+    kind = kind_of(case)
     words = case.uncertainty.words(kind.anatomy)
     return f"{words}; {kind.covers}" if words else ""

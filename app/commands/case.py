@@ -6,7 +6,7 @@ import argparse
 import json
 from typing import Any
 
-from app.cases.kinds import KINDS
+from app.cases.kinds import kind_of
 from app.cases.service import Case
 from app.commands import case_archive, case_labels, case_openings, case_purge, case_segment, case_skin, case_structures
 from app.exchange.resolve import find
@@ -101,7 +101,7 @@ def surface_lines(case: Case) -> list[str]:
     """Deviation of the surfaces, uncertainty of the anatomy, and doubts about the file, as lines."""
     if case.unreadable:  # its line says so
         return []
-    uncertain = case.uncertainty.words(KINDS[case.kind].anatomy)
+    uncertain = case.uncertainty.words(kind_of(case).anatomy)
     lines = [f"  {item.name}: {item.triangles:,} triangles; {item.words}" for item in case.surfaces if item.words]
     return [*lines, *(f"  {words}" for words in (uncertain, *case.notes) if words)]
 

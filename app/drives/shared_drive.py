@@ -109,6 +109,12 @@ class SharedDrive(DriveProcess[P, T]):
             process.axes(camera_x, camera_y, insert, buttons)
             PROMPT_THREADS.hear()
 
+    def drag(self, client: Client, right_mm: float, down_mm: float, held: bool) -> None:
+        """How far a drag in the picture has come, as the camera's way, and whether it is held; needs heartbeats."""
+        if (process := self._held(client)) is not None:
+            process.drag(right_mm, down_mm, held)
+            PROMPT_THREADS.hear()
+
     def master(self, client: Client, position: Position, clutch: bool) -> None:
         """The sum (3,) [mm] of a master's motions so far, and whether it is coupled; it needs heartbeats."""
         if (process := self._held(client)) is not None:

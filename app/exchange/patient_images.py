@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.cases.kinds import KINDS
+from app.cases.kinds import kind_of
 from app.cases.model import HEAD_PHANTOM, Case
 from vfix_engine.errors import InputError
 
@@ -12,7 +12,7 @@ WITH_IMAGES = "confirms that the patient's images are exported"  # description o
 
 def image_warning(case: Case) -> str:
     """What is told of a case that has images."""
-    kind = KINDS[case.kind]
+    kind = kind_of(case)
     return f"Images of a {kind.noun} can identify the patient: {kind.identifies}. Exports that hold them ask first."
 
 
@@ -25,6 +25,6 @@ def check_images(case: Case, confirmed: bool, how: str) -> None:
     """Raise InputError for an export with voxels that was not confirmed. how: the option that confirms it."""
     if holds_images(case) and not confirmed:
         raise InputError(
-            f"this export holds the {KINDS[case.kind].noun}'s images, which can identify the patient: "
-            f"{KINDS[case.kind].identifies}. Add {how} to write it all the same."
+            f"this export holds the {kind_of(case).noun}'s images, which can identify the patient: "
+            f"{kind_of(case).identifies}. Add {how} to write it all the same."
         )

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from app.cases.files import shipped_cavity
-from app.cases.model import CAVITY, Case
 from app.lumen.contours import hand_contours
 from app.lumen.document import Route
 
@@ -20,11 +19,6 @@ if TYPE_CHECKING:  # slow to load, as in `paths`
 
 _STEP_MM = 5.0  # between two radii of the plot
 _FIXED = "the robot stands on a fixed base and bends"
-
-
-def is_cavity(case: Case) -> bool:
-    """Whether a case is the body cavity."""
-    return any(surface.source == CAVITY for surface in case.surfaces)
 
 
 def cavity_lumen() -> Lumen:

@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec.structs import replace
 
+from app.cases.kinds import is_cavity
 from app.cases.service import CaseService
 from app.kit.cache import Cache
 from app.kit.jobs import Job, Jobs, Progress
-from app.lumen.cavity import cavity_lumen, cavity_path, is_cavity
+from app.lumen.cavity import cavity_lumen, cavity_path
 from app.lumen.contours import hand_contours, with_contours
 from app.lumen.document import Route, StoredRoute
 from vfix_engine.arrays import Array

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from app.cases.files import shipped_cavity
+from app.cases.kinds import is_cavity
 from app.cases.model import Case
 from app.cases.service import CaseService
 from app.kit.errors import NotFound
-from app.lumen.cavity import is_cavity
 from app.lumen.document import Route, StoredRoute
 from app.lumen.paths import RoutePath, RoutePaths
 from app.lumen.views import RouteViews

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from app.cases.kinds import KINDS, uncertainty_words
+from app.cases.kinds import kind_of, uncertainty_words
 from app.cases.model import Overlay
 from app.cases.segments import OUTLINE_COLOUR
 from app.cases.service import Case
@@ -81,7 +81,7 @@ class CaseView:
     def open(self, case_id: str) -> None:
         """Show a case; its surface and volume are read in the background. Raises VfixError when there is none."""
         case = self._services.cases.get(case_id)
-        kind = KINDS[case.kind]
+        kind = kind_of(case)
         if self.kind != case.kind:
             self._look = replace(self._look, opacity=kind.opacity)
         self.case_id, self._case = case.id, case
@@ -182,7 +182,7 @@ class CaseView:
     def scope(self) -> ScopeSection | None:
         """What a camera within the open anatomy sees, without one that is driven; None where the kind has none."""
         case = self._case
-        look = None if case is None else KINDS[case.kind].scope
+        look = None if case is None else kind_of(case).scope
         if case is None or look is None:
             return None
         surface = f"/api/v1/cases/{case.id}/endoscope"
@@ -300,7 +300,7 @@ def _outline_colour(case: Case, item: Structure, index: int) -> str:
 
 def case_section(case: Case, loading: str, hidden: Collection[str] = ()) -> CaseSection:
     """The page's section of the open case. hidden: ids of structures that are not drawn in the slices either."""
-    kind = KINDS[case.kind]
+    kind = kind_of(case)
     low, high = case.surfaces[0].bounds_lps_mm
     return {
         "id": case.id,

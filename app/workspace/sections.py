@@ -97,9 +97,9 @@ class ScopePoseView(TypedDict):
 class ScopeSection(TypedDict):
     """What the page's endoscope shows: where its surface and its poses come from; '' for none yet.
 
-    key: another one for another surface. look: of the tissue. hand: a drag in the picture moves the camera. own: the
-    picture is turned as the robot's own camera is, which has no lens that could be tilted. pose: what is shown before
-    there is a robot. words: why there is no picture.
+    key: another one for another surface. look: of the tissue. hand: a drag in the picture and the arrow keys move the
+    camera. own: the picture is turned as the robot's own camera is, which has no lens that could be tilted. pose: what
+    is shown before there is a robot. words: why there is no picture.
     """
 
     surface: str

@@ -115,6 +115,9 @@ class TinySystem:
     def grip(self, state: TinyState) -> Grip | None:
         return Grip(np.array([state.x, 0.0, 0.0]), 0.5, 2.0)
 
+    def camera(self, state: TinyState) -> None:
+        return None
+
     def row(self, state: TinyState, out: Array) -> None:
         out[:] = state.steps * state.settings.period_s, state.x, state.half, state.half_age_s
 

@@ -1,33 +1,37 @@
 import assert from "node:assert/strict";
 import { afterEach, mock, test } from "node:test";
-import { CameraHand, MM_PER_PX, axesOf } from "../../app/web/js/endoscope/camera-hand.js";
+import { CameraHand, MM_PER_PX, insertAxis } from "../../app/web/js/endoscope/camera-hand.js";
 import { arcOf } from "../../app/web/js/endoscope/guidance-arc.js";
 
-const NOW = { depth: 100, insertion: 20, camera: 30, seconds: 0.02 };
-
-/** A hand in a picture of 480 pixels whose timer comes every `every` ms, and what the robot's camera was moved by it. @param {number} every */
-function handAt(every) {
+/** A hand in a picture of 480 pixels whose timer comes when the test says so, and what it sent. */
+function aHand() {
   /** @type {[string, any][]} */
   const sent = [];
   /** @type {number[]} */
   const captured = [];
-  const moved = { right: 0, down: 0 };
-  let [now, axes] = [0, { camera_x: 0, camera_y: 0, insert: 0 }];
-  const state = { rehearsal: { state: "running", mine: true }, snake: { depth_mm: 100, length_mm: 800, insertion_mm_per_s: 20, camera_mm_per_s: NOW.camera } };
-  const connection = { state, send: (/** @type {string} */ type, /** @type {any} */ message) => { sent.push([type, message]); axes = message; } };
+  let now = 0;
+  const state = { rehearsal: { state: "running", mine: true }, snake: { depth_mm: 100, length_mm: 800, insertion_mm_per_s: 20, camera_mm_per_s: 30 } };
+  const connection = { state, send: (/** @type {string} */ type, /** @type {any} */ message) => sent.push([type, message]) };
   mock.method(performance, "now", () => now);
   mock.timers.enable({ apis: ["setInterval"] });
   const picture = { clientWidth: 480 };
-  const pane = { addEventListener() {}, classList: { toggle() {} }, setPointerCapture: (/** @type {number} */ id) => captured.push(id) };
+  /** @type {Record<string, (event: any) => void>} */
+  const heard = {};
+  const pane = { addEventListener: (/** @type {string} */ name, /** @type {any} */ listener) => { heard[name] = listener; }, classList: { toggle() {} }, setPointerCapture: (/** @type {number} */ id) => captured.push(id) };
   globalThis.window = /** @type {any} */ ({ addEventListener() {} });
-  const hand = new CameraHand(/** @type {any} */ (pane), /** @type {any} */ (picture), /** @type {any} */ (connection), /** @type {any} */ ({ hold() {} }));
+  /** @type {boolean[]} */
+  const holds = [];
+  const hand = new CameraHand(/** @type {any} */ (pane), /** @type {any} */ (picture), /** @type {any} */ (connection), /** @type {any} */ ({ hold: (/** @type {string} */ what, /** @type {boolean} */ on) => holds.push(what === "scope" && on) }));
   hand.follow(/** @type {any} */ (state), true);
-  const pass = (/** @type {number} */ ms) => {
-    moved.right += (axes.camera_x * NOW.camera * ms) / 1000;
-    moved.down += (axes.camera_y * NOW.camera * ms) / 1000;
-    now += ms;
+  const drags = () => sent.filter(([type]) => type === "camera.drag").map(([, message]) => message);
+  return {
+    hand, sent, drags, pane, picture, captured, holds, state,
+    press: (/** @type {object} */ fields = {}) => heard.pointerdown({ button: 0, target: picture, pointerId: 1, clientX: 300, clientY: 200, ...fields }),
+    move: (/** @type {number} */ right, /** @type {number} */ down, pointerId = 1) => heard.pointermove({ pointerId, clientX: 300 + right, clientY: 200 + down }),
+    up: (pointerId = 1) => heard.pointerup({ pointerId }),
+    wheel: (/** @type {number} */ deltaY) => heard.wheel({ deltaMode: 0, deltaY, preventDefault() {} }),
+    tick: (ms = 20) => { now += ms; mock.timers.tick(ms); },
   };
-  return { hand, sent, moved, pane, picture, captured, tick: (ms = every) => { pass(ms); if (hand.timer !== undefined) hand.tell(); } };
 }
 
 afterEach(() => {
@@ -35,64 +39,102 @@ afterEach(() => {
   mock.timers.reset();
 });
 
-for (const every of [20, 40, 80]) {
-  test(`a drag of 6 mm moves the camera by 6 mm where the timer comes every ${every} ms`, () => {
-    const { hand, moved, picture, sent, tick } = handAt(every);
-    hand.press(/** @type {any} */ ({ button: 0, target: picture }));
-    hand.drag(/** @type {any} */ ({ movementX: -200, movementY: 0 }));
-    for (let i = 0; i < 30; i++) tick();
-    assert.ok(Math.abs(moved.right - 200 * MM_PER_PX) < 0.01 && moved.down === 0, `${moved.right} mm`);
-    for (const [type, { hand: of, camera_x: x, camera_y: y }] of sent) assert.ok(type === "axes" && of === "picture" && Math.hypot(x, y) <= 1 + 1e-9);
-    assert.deepEqual(sent.at(-1)?.[1], { hand: "picture", camera_x: 0, camera_y: 0, insert: 0 });
-    hand.release();
-    assert.equal(hand.timer, undefined);
+for (const moves of [1, 4, 100]) {
+  test(`a drag in ${moves} moves of the pointer ends at the same way of the camera`, () => {
+    const { drags, press, move, tick } = aHand();
+    press();
+    assert.deepEqual(drags(), [{ right_mm: 0, down_mm: 0, held: true }]);
+    for (let i = 1; i <= moves; i++) {
+      move((-200 * i) / moves, (120 * i) / moves);
+      if (i % 3 === 0) tick();
+    }
+    for (let i = 0; i < 10; i++) tick();
+    const { right_mm: right, down_mm: down, held } = drags().at(-1);
+    assert.ok(held && Math.hypot(right - 200 * MM_PER_PX, down + 120 * MM_PER_PX) < 1e-9, `${right}, ${down} mm`);
+    assert.ok(drags().length < 60, "no message for each move of a fast mouse");
   });
 }
 
-test("a drag moves the camera by its size where the timer is late now and then", () => {
-  const { hand, moved, picture, tick } = handAt(20);
-  hand.press(/** @type {any} */ ({ button: 0, target: picture }));
-  hand.drag(/** @type {any} */ ({ movementX: 120, movementY: -80 }));
-  for (const late of [20, 70, 20, 20, 95, 25, 20, 60, 20]) tick(late);
-  for (let i = 0; i < 30; i++) tick();
-  assert.ok(Math.hypot(moved.right + 120 * MM_PER_PX, moved.down - 80 * MM_PER_PX) < 0.01, `${moved.right}, ${moved.down} mm`);
+test("a drag that is held still is told again, and no more often than is needed", () => {
+  const { drags, press, move, tick } = aHand();
+  press();
+  move(10, 0);
+  for (let i = 0; i < 50; i++) tick();
+  const told = drags().length;
+  assert.ok(told >= 12 && told <= 15, `${told} messages in a second`);
+});
+
+test("letting go is the clutch: it is told at once, and nothing after it", () => {
+  const { hand, drags, press, move, up, tick, holds } = aHand();
+  press();
+  move(-200, 0);
+  tick();
+  move(-300, 0);
+  up();
+  assert.equal(drags().at(-1).held, false);
+  assert.equal(hand.timer, undefined);
+  assert.deepEqual(holds, [true, false]);
+  const told = drags().length;
+  move(-400, 0);
+  for (let i = 0; i < 5; i++) tick();
+  assert.equal(drags().length, told);
+});
+
+test("another finger neither moves nor ends a drag", () => {
+  const { drags, press, move, up, tick } = aHand();
+  press();
+  move(50, 0, 2);
+  up(2);
+  tick(100);
+  assert.deepEqual(drags().at(-1), { right_mm: 0, down_mm: 0, held: true });
+});
+
+test("a robot that is no longer driven here ends the drag", () => {
+  const { hand, drags, press, move, state } = aHand();
+  press();
+  move(50, 0);
+  state.rehearsal.state = "paused";
+  hand.follow(/** @type {any} */ (state), true);
+  assert.equal(drags().at(-1).held, false);
+  assert.equal(hand.timer, undefined);
 });
 
 test("a drag begun on the black around the picture moves the camera too, and one on what lies over it does not", () => {
-  const { hand, moved, pane, captured, tick } = handAt(20);
-  const drag = (/** @type {unknown} */ target) => {
-    hand.press(/** @type {any} */ ({ button: 0, target, pointerId: 7 }));
-    hand.drag(/** @type {any} */ ({ movementX: -50, movementY: 0 }));
-    for (let i = 0; i < 20; i++) tick();
-    hand.release();
-  };
-  drag({});
-  assert.deepEqual([moved.right, captured], [0, []]);
-  drag(pane);
-  assert.ok(Math.abs(moved.right - 50 * MM_PER_PX) < 0.01, `${moved.right} mm`);
+  const { drags, press, pane, captured } = aHand();
+  press({ target: {} });
+  assert.deepEqual([drags(), captured], [[], []]);
+  press({ target: pane, pointerId: 7 });
+  assert.equal(drags().length, 1);
   assert.deepEqual(captured, [7]);
 });
 
-test("letting go is the clutch: what is left of a drag is not moved", () => {
-  const { hand, moved, picture, sent, tick } = handAt(20);
-  hand.press(/** @type {any} */ ({ button: 0, target: picture }));
-  hand.drag(/** @type {any} */ ({ movementX: -200, movementY: 0 }));
-  for (let i = 0; i < 4; i++) tick();
-  hand.release();
-  assert.deepEqual(sent.at(-1)?.[1], { hand: "picture", camera_x: 0, camera_y: 0, insert: 0 });
-  const here = moved.right;
-  for (let i = 0; i < 5; i++) tick();
-  assert.ok(moved.right === here && here > 1 && here < 4);
+test("the wheel inserts towards a depth, beside a drag, and nothing on a fixed base", () => {
+  const { sent, press, up, wheel, tick, state, holds } = aHand();
+  const axes = () => sent.filter(([type]) => type === "axes").map(([, message]) => message);
+  wheel(-100);
+  tick();
+  assert.deepEqual(axes(), [{ hand: "picture", insert: 1 }]);
+  press();
+  up();
+  tick();
+  assert.equal(axes().at(-1).insert, 1, "the end of a drag stops no wheel");
+  state.snake.depth_mm = 105;
+  tick();
+  assert.deepEqual(axes().at(-1), { hand: "picture", insert: 0 });
+  assert.deepEqual(holds, [true, false]);
+  Object.assign(state.snake, { fixed: true });
+  const told = sent.length;
+  wheel(-100);
+  tick();
+  assert.equal(sent.length, told);
 });
 
 test("a depth that is wanted is approached at full speed, slower near it, and given up once it is reached", () => {
-  const owed = { right: 0, down: 0, depth: 105 };
-  assert.equal(axesOf(owed, NOW).axes.insert, 1);
-  assert.equal(axesOf(owed, { ...NOW, depth: 110 }).axes.insert, -1);
-  const near = axesOf(owed, { ...NOW, depth: 104.5 });
-  assert.ok(near.axes.insert > 0 && near.axes.insert < 1);
-  assert.equal(near.owed.depth, 105);
-  assert.deepEqual(axesOf(owed, { ...NOW, depth: 104.9 }).owed.depth, null);
+  assert.equal(insertAxis(105, 100, 20), 1);
+  assert.equal(insertAxis(105, 110, 20), -1);
+  const near = insertAxis(105, 104.5, 20);
+  assert.ok(near > 0 && near < 1);
+  assert.equal(insertAxis(105, 104.9, 20), 0);
 });
 
 test("an arc is nothing below 0.2 N, amber from there on, and red from 2 N", () => {

@@ -48,6 +48,9 @@ test("a new tab opens the head and plan that this browser had open last, in the 
   connected({ case: { id: "c2" }, plan: null, step: { name: "patient" } });
   stored.clear();
   assert.deepEqual(opened(), { case: "c2" }, "the newest, and no plan of another head");
+  connected({ case: { id: "c3" }, plan: null, route: { id: "r1" }, step: { name: "drive" } });
+  assert.deepEqual(opened(), { case: "c3", plan: "r1", step: "drive" }, "of a lumen its route");
+  stored.clear();
   kept.set("vfix-open", "{half");
   stored.clear();
   assert.deepEqual(opened(), {}, "damaged");

@@ -8,8 +8,9 @@ layOutElements();
 Object.assign(globalThis, { localStorage: { getItem: () => null, setItem() {} } });
 Object.defineProperty(globalThis, "navigator", { value: {}, configurable: true });
 const { listenerOf } = await import("./templates.js");
-const { default: DrivePanel, tooNarrow, whyNoLook } = await import("../../app/tabs/drive/panel.js");
+const { default: DrivePanel, helpOf, tooNarrow, whyNoLook } = await import("../../app/tabs/drive/panel.js");
 const { wallWords } = await import("../../app/web/js/endoscope/scope.js");
+const { shortcutsIn } = await import("../../app/web/js/shortcuts.js");
 const { taskGroup } = await import("../../app/tabs/drive/task.js");
 
 /** A window whose robot runs in the manual arm. */
@@ -101,4 +102,24 @@ test("Look round says why it is off", () => {
   assert.match(whyNoLook(true, { can_look: true }), /runs/);
   assert.match(whyNoLook(false, { can_look: false }), /Insert until/);
   assert.equal(whyNoLook(false, { can_look: true }), "");
+});
+
+test("the help of a robot on a fixed base says of nothing that it inserts", () => {
+  const snake = { camera_mm_per_s: 30 };
+  const stands = helpOf(true, snake), inserted = helpOf(false, snake);
+  assert.doesNotMatch(stands, /wheel|W S|triggers|inserts? and/i);
+  for (const words of [/wheel .* inserts/i, /W S insert/, /triggers insert/]) assert.match(inserted, words);
+  for (const help of [stands, inserted, helpOf(true, null)]) assert.match(help, /↑ ↓ ← → turn the camera/);
+  assert.match(inserted, /30 mm\/s at most/);
+});
+
+test("the list of keys begins with those of the tab, and has all others after them", () => {
+  const titles = (tab) => shortcutsIn(tab).map(([title]) => title);
+  const all = titles(undefined);
+  assert.equal(titles("Drive")[0], "Drive");
+  assert.equal(titles("Plan")[0], "Plan");
+  assert.deepEqual(titles("Drive").toSorted(), all.toSorted());
+  assert.deepEqual(titles("Review"), all, "a tab without keys of its own");
+  const [, keys] = shortcutsIn("Drive")[0];
+  for (const key of ["W S", "↑ ↓ ← →", "Wheel", "Drag", "Space", "E"]) assert.ok(keys.some((row) => row.keys === key), key);
 });

@@ -94,6 +94,27 @@ test("opposite keys lead nowhere, and two of one direction no faster than one", 
   assert.equal(driven(), -1);
 });
 
+test("where a hand in the picture turns the camera, arrows turn it to four sides, and W and S alone insert", () => {
+  const connection = noted({ ...RUNNING, scope: { hand: true } });
+  const keys = new Keys(connection);
+  const after = (code) => {
+    connection.sent.length = 0;
+    keys.drives(keyEvent(code));
+    const sent = connection.sent.map(([type, { direction }]) => `${type} ${direction}`);
+    keys.up(keyEvent(code));
+    return sent;
+  };
+  assert.deepEqual(after("ArrowUp"), ["drive 0", "twist 0", "tilt 1"]);
+  assert.deepEqual(after("ArrowDown"), ["drive 0", "twist 0", "tilt -1"]);
+  for (const code of ["ArrowLeft", "KeyA"]) assert.deepEqual(after(code), ["drive 0", "twist -1", "tilt 0"]);
+  for (const code of ["ArrowRight", "KeyD"]) assert.deepEqual(after(code), ["drive 0", "twist 1", "tilt 0"]);
+  assert.deepEqual(after("KeyW"), ["drive 1", "twist 0", "tilt 0"]);
+  assert.deepEqual(after("KeyS"), ["drive -1", "twist 0", "tilt 0"]);
+  assert.deepEqual(connection.sent.at(-1), ["tilt", { direction: 0 }]);
+  const slider = { target: { tagName: "INPUT", type: "range" } };
+  assert.deepEqual(["ArrowLeft", "ArrowRight", "ArrowUp"].map((code) => keys.drives(keyEvent(code, slider))), [false, false, true]);
+});
+
 test("the heartbeat runs as long as anything is held", () => {
   const { connection, keys } = rehearsing();
   keys.down(keyEvent("ArrowUp"));

@@ -1,8 +1,8 @@
 """The operator's newest input as it is sent to the control process, and the command that the loop derives from it.
 
-There are five channels, each with a dead man's switch of its own: the hand on the grip, keys, the axes of a snake, a
-master device and a rate device. What a channel does depends on the control mode: the hand's motion is a force in
-hands-on and the motion of a master in teleoperation, a deflection is a force of the hand or a rate.
+There are six channels, each with a dead man's switch of its own: the hand on the grip, keys, the axes of a snake, a
+drag in its picture, a master device and a rate device. What a channel does depends on the control mode: the hand's
+motion is a force in hands-on and the motion of a master in teleoperation, a deflection is a force or a rate.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import msgspec
 import numpy as np
 
 from ..arrays import Array
+from .camera_drag import CameraDrag, DrivenCamera, Way
 from .command import NO_AXES, Command, Master
 from .control_mode import FREEHAND, TELEOPERATED, Control
 from .system import Grip
@@ -40,6 +41,8 @@ class HandInput:
     its hold.
     rate: a rate device's deflection (translations, then rotations) in the frame of ``Grip.axes``, from -1 to +1;
     rated_at: when it was told last; deflect: its hold.
+    dragging: a drag in the picture goes on, the newest one, number ``drags``; drag_from: the way that was told as it
+    began, dragged: the way since, in mm to the right and down that the camera is to go; pull: its hold.
     """
 
     grip: Place = (0.0, 0.0, 0.0)
@@ -59,10 +62,15 @@ class HandInput:
     rated_at: float = 0.0
     deflect: Hold = NOBODY
     turns: bool = False
+    dragging: bool = False
+    drags: int = 0
+    drag_from: Way = (0.0, 0.0)
+    dragged: Way = (0.0, 0.0)
+    pull: Hold = NOBODY
 
     @property
     def _holds(self) -> tuple[Hold, ...]:
-        return self.hand, self.keys, self.stick, self.lead, self.deflect
+        return self.hand, self.keys, self.stick, self.lead, self.deflect, self.pull
 
     def active(self, now: float) -> bool:
         """Whether any input has an effect."""
@@ -82,19 +90,33 @@ class HandInput:
             stick=self.stick.beat(now),
             lead=self.lead.beat(now),
             deflect=self.deflect.beat(now) if fresh else self.deflect,
+            pull=self.pull.beat(now),
         )
 
     def released(self, now: float) -> HandInput:
         """With every channel released."""
-        hand, keys, stick, lead, deflect = (hold.release(now) for hold in self._holds)
+        hand, keys, stick, lead, deflect, _ = (hold.release(now) for hold in self._holds)
         return replace(
-            self, drive=0, twist=0, clutch=False, hand=hand, keys=keys, stick=stick, lead=lead, deflect=deflect
-        )
+            self, drive=0, twist=0, clutch=False, hand=hand, keys=keys, stick=stick, lead=lead, deflect=deflect,
+            dragging=False, pull=NOBODY,
+        )  # fmt: skip
 
     def led(self, position: Place, clutch: bool, now: float) -> HandInput:
         """After a message of a master; with an open clutch it is released."""
         lead = self.lead.press(now) if clutch else self.lead.release(now)
         return replace(self, master=position, clutch=clutch, leads=self.leads + 1, lead=lead)
+
+    def pulled(self, way: Way, held: bool, now: float) -> HandInput:
+        """After a message of a drag in the picture: its way so far, of which the newest one counts, and whether it is
+        held. Where nobody holds it, it moves nothing any more, also not what was left of its way.
+        """
+        if not held:
+            return replace(self, dragging=False, pull=NOBODY)
+        start = self.drag_from if self.dragging else way
+        return replace(
+            self, dragging=True, drags=self.drags + (not self.dragging), drag_from=start,
+            dragged=(way[0] - start[0], way[1] - start[1]), pull=self.pull.press(now),
+        )  # fmt: skip
 
     def deflected(self, rate: Six, now: float) -> HandInput:
         """After a message of a rate device; six zeros release it. Clipped to ±1; a non-finite value is 0 (HAZ-05)."""
@@ -120,6 +142,7 @@ class Hand:
         self.input, self.control = HandInput(), control or Control()
         self._coupling = VirtualCoupling()
         self._master = Glide()
+        self._drag = CameraDrag()
         self._pressed_at = np.zeros(3)  # of the grip, where its present hold began
         self._led = np.zeros(3), np.zeros(3)  # places of grip and master up to where they have led
 
@@ -150,9 +173,13 @@ class Hand:
         """After a time in which no command was asked for: what was moved meanwhile leads nothing."""
         self._pressed_at = self._coupling.at(now)
         self._led = self._coupling.at(now), self._master.at(now)
+        self._drag.forget(self.input.drags, self.input.dragged)
 
-    def command(self, grip: Grip | None, now: float) -> Command:
-        """Return the present command, attenuated by the dead man's switches (HAZ-11)."""
+    def command(self, grip: Grip | None, now: float, camera: DrivenCamera | None = None) -> Command:
+        """Return the present command, attenuated by the dead man's switches (HAZ-11).
+
+        camera: that a drag in the picture moves, where the world has one.
+        """
         hand = self.input
         keys = hand.keys.share(now)
         drive, twist = keys * hand.drive, keys * hand.twist
@@ -164,7 +191,9 @@ class Hand:
         stick = hand.stick.share(now)
         x, y, insert = (stick * value for value in hand.axes)
         if grip is None:
-            axes = (x, y, insert) if stick else NO_AXES
+            if camera is not None:
+                x, y = self._drag.axes(camera, (x, y), hand.drags, hand.dragged, hand.pull.share(now))
+            axes = (x, y, insert) if x or y or insert else NO_AXES
             return Command(np.zeros(3), drive, twist, None, axes, hand.buttons if stick else 0)
         pull = hand.hand.share(now) * self._coupling.force(grip.position, grip.stiffness, grip.cap, now)
         push, turns = self._deflection(now)

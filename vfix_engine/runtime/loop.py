@@ -107,7 +107,9 @@ class ControlLoop:
 
     def _tick(self, now: float, driven: bool) -> None:
         """Make one step with the operator's command, or without one while the system decelerates or its world moves."""
-        command = self._hand.command(self._system.grip(self._driver.state), now) if driven else no_command()
+        command, system, state = no_command(), self._system, self._driver.state
+        if driven:
+            command = self._hand.command(system.grip(state), now, system.camera(state))
         self._driver.step(command)
         self._publish(2.0 * PUBLISH_S if self._driver.adopted else PUBLISH_S)  # no tick does both if it can wait
 

@@ -192,6 +192,15 @@ class ControlProcess(Generic[T]):
         values = (share(camera_x), share(camera_y), share(insert))
         self._put(lambda i, now: _stick(replace(i, axes=values, buttons=int(buttons)), now))
 
+    def drag(self, right_mm: float, down_mm: float, held: bool) -> None:
+        """Tell how far a drag in the picture has come, as the way of the camera, and whether it is held.
+
+        Needs heartbeats. An implausible way ends it.
+        """
+        plausible = abs(right_mm) <= FARTHEST_MM and abs(down_mm) <= FARTHEST_MM  # False of NaN
+        way = (float(right_mm), float(down_mm))
+        self._put(lambda i, now: i.pulled(way, bool(held) and plausible, now))
+
     def master(self, position: ArrayLike, clutch: bool) -> None:
         """Tell the sum (3,) in LPS mm of a master's motions so far, and whether it is coupled; needs heartbeats.
 

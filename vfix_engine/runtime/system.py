@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
+from .camera_drag import DrivenCamera
 from .command import Command
 from .requests import Request
 from .settings import WorldSettings
@@ -133,6 +134,10 @@ class System(Protocol[S]):
 
     def grip(self, state: S) -> Grip | None:
         """Return the point that the operator's hand pulls; None if the world has none."""
+        ...
+
+    def camera(self, state: S) -> DrivenCamera | None:
+        """Return the camera that a drag in its picture moves; None if the world has none."""
         ...
 
     def row(self, state: S, out: Array) -> None:

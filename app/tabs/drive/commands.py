@@ -8,19 +8,42 @@ from pydantic import Field
 
 from app.drives import commands as drives
 from app.lumen.tasks import TaskName
-from app.messages.fields import ClientMessage
+from app.messages.fields import ClientMessage, Direction
 from vfix_engine.study.polyps.printed import HOLD_S, POLYPS
 from vfix_engine.worlds.snake.settings import Arm
 
 Bound = Annotated[float, Field(ge=0.1, le=50.0, allow_inf_nan=False)]  # [mm]
 LinkValue = Annotated[float, Field(ge=0.0, le=50.0, allow_inf_nan=False)]  # [mm] or [N/mm]
 MaybeBound = Bound | None
+DragWay = Annotated[float, Field(ge=-10_000.0, le=10_000.0, allow_inf_nan=False)]  # [mm]
 
 
 class TurnCamera(ClientMessage):
     """Straighten the links that bend, or turn the camera to all sides one after the other."""
 
     type: Literal["camera.straighten", "camera.look_round"]
+
+
+class TiltCamera(ClientMessage):
+    """A key that moves the camera up, 1, or down, -1; 0: no key does."""
+
+    urgent: ClassVar[bool] = True
+    type: Literal["tilt"]
+    direction: Direction
+
+
+class DragCamera(ClientMessage):
+    """A drag in the picture: the way in mm that the camera is to go to the right and down, summed since the press.
+
+    The robot makes up for what is left of it as fast as it may, while held; let go of, it moves no more. It needs
+    heartbeats as every hand, and to be told again after these were missing.
+    """
+
+    urgent: ClassVar[bool] = True
+    type: Literal["camera.drag"]
+    right_mm: DragWay
+    down_mm: DragWay
+    held: bool
 
 
 class ChooseArm(ClientMessage):
@@ -90,6 +113,8 @@ COMMANDS: tuple[type[ClientMessage], ...] = (
     *drives.COMMANDS,
     drives.MoveAxes,
     TurnCamera,
+    TiltCamera,
+    DragCamera,
     ChooseArm,
     ChooseParameters,
     TurnJoint,

@@ -22,10 +22,7 @@ import { tissueGroup } from "./tissue.js";
 const LIVE = ["ready", "running", "paused"];
 /** @type {Record<string, string | undefined>} */
 const STATE_WORDS = { absent: "Not in place yet.", ready: "At the entry.", running: "Running.", paused: "Paused where it is." };
-const HELP = "In the picture: the wheel inserts and retracts 5 mm a notch, with the bend that the tip has; a drag moves what is seen along with the pointer, so the camera goes the other way; releasing it is the clutch. "
-  + "Keys: W S insert and retract, A D turn to the sides, Space pauses and Continue goes on, J changes the joint of a manual hand. "
-  + "Gamepad: triggers insert, the right stick turns. SpaceMouse: slides turn; with a button held, a push inserts. "
-  + "Pink rings are polyps and labels that were put on the route by hand or by seed; behind a fold they are faint.";
+const RINGS = "Pink rings are polyps and labels that were put on the route by hand or by seed; behind a fold they are faint.";
 /** @type {Record<DeviceKind, string>} */
 const NAMES = { mouse: "Mouse", keys: "Keys", gamepad: "Gamepad", "space-mouse": "SpaceMouse" };
 
@@ -106,7 +103,7 @@ export default class DrivePanel {
    */
   drive(rehearsal, route, trial) {
     const { state = "absent", words, mine, can_take, unrecorded } = rehearsal ?? {};
-    const running = state === "running", silent = state === "silent";
+    const running = state === "running", silent = state === "silent", stands = onBase(this.connection.state);
     const narrow = route && tooNarrow(this.connection.state.route_path, route);
     const startable = Boolean(route?.entry && route.end) && !narrow && (mine || can_take) && !["starting", "silent"].includes(state);
     const caution = silent || state === "failed" || Boolean(words && LIVE.includes(state));
@@ -118,7 +115,7 @@ export default class DrivePanel {
           @click=${() => this.connection.send(running ? "rehearsal.pause" : "rehearsal.start")}>${running ? "Pause" : state === "paused" ? "Continue" : "Start"}</button>
         <button type="button" id="reset" ?disabled=${!(mine && !trial && LIVE.includes(state)) && !silent}
           @click=${() => this.connection.send(silent ? "rehearsal.end" : "rehearsal.reset")}>${silent ? "End process" : "Reset"}</button>
-      </div>${hintLine("drive-help", this.connection.state.snake?.fixed ? "Drag turns the camera." : "Wheel inserts, drag turns.", HELP)}`;
+      </div>${hintLine("drive-help", stands ? "Drag or arrow keys turn the camera." : "Wheel or W S insert; drag or arrows turn.", helpOf(stands, this.connection.state.snake))}`;
   }
 
   /**
@@ -178,6 +175,30 @@ export default class DrivePanel {
       ${bends}
       <label class="check"><input type="checkbox" id="force-sound" .checked=${live(forceSound.on)} @change=${(/** @type {Event} */ event) => forceSound.turn(on(event))}>Sound of force</label>`;
   }
+}
+
+/**
+ * Whether the robot of this case stands on a fixed base and is not inserted, also while there is none.
+ * @param {Pick<ViewModel, "drive_task">} state
+ */
+function onBase({ drive_task: task }) {
+  return Boolean(task?.offered.includes("labels")); // the task of such a robot
+}
+
+/**
+ * How the robot is driven.
+ * @param {boolean} stands on a fixed base
+ * @param {Pick<SnakeView, "camera_mm_per_s"> | null | undefined} snake
+ */
+export function helpOf(stands, snake) {
+  const speed = snake ? `, ${fixed(snake.camera_mm_per_s, 0)} mm/s at most` : "";
+  return [
+    stands ? "The base is fixed: nothing is inserted." : "The wheel in the picture inserts and retracts 5 mm a notch, with the bend that the tip has.",
+    `A drag moves what is seen along with the pointer, so the camera goes the other way. It follows as fast as the robot can${speed}: hold until it has come. Releasing is the clutch, and nothing moves any more.`,
+    `Keys: ${stands ? "" : "W S insert and retract, "}↑ ↓ ← → turn the camera, A D too, about 20° in a second; Space pauses and Continue goes on, J changes the joint of a manual hand.`,
+    stands ? "Gamepad: the right stick turns. SpaceMouse: slides turn." : "Gamepad: triggers insert, the right stick turns. SpaceMouse: slides turn; with a button held, a push inserts.",
+    RINGS,
+  ].join(" ");
 }
 
 /**

@@ -24,10 +24,11 @@ from app.scene.lumen import PathwayNodes
 from app.scene.robot import ToolNodes
 from app.tabs.drive import SPEC
 from app.tabs.drive import commands as c
+from app.tabs.drive.keys import key_axes
 from app.tabs.drive.options import options_view
 from app.tabs.drive.preparation import PreparedSnake, made_of, prepare
 from app.tabs.drive.task import chosen_task, task_layers, task_section
-from app.tabs.drive.view import free_words, scope_section, snake_section
+from app.tabs.drive.view import free_words, scope_section, snake_section, snake_settings
 from app.tabs.drive_tab import NOT_HELD, DriveTab
 from app.workspace.fixed_drive import FIXED
 from app.workspace.layers import Layer
@@ -37,6 +38,7 @@ from vfix_engine.errors import ControlError
 from vfix_engine.runtime.command import BUTTON_CUT, NO_AXES
 from vfix_engine.runtime.requests import Request, Straighten
 from vfix_engine.worlds.snake.requests import ChooseJoint, LookRound
+from vfix_engine.worlds.snake.settings import SnakeSettings
 from vfix_engine.worlds.snake.snapshot import SnakeSnapshot
 
 KIND = "route"
@@ -178,12 +180,13 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
             self._choose(replace(self.options, task=None))
 
     def handle_now(self, command: ClientMessage) -> None:
-        """Keys are axes of this robot: along the lumen, and the camera to a side."""
+        """Keys are axes of this robot; a drag is the way of its camera."""
         drive = self.drive
-        if isinstance(command, drives.Push) and drive is not None:
-            along = command.type == "drive"
-            axes = (0.0, 0.0, float(command.direction)) if along else (float(command.direction), 0.0, 0.0)
-            self.push_axes(drive, command.type, axes)
+        if isinstance(command, drives.Push | c.TiltCamera) and drive is not None:
+            settings = snake_settings(self.now) or SnakeSettings()  # a record is replaced as a whole, never changed
+            self.push_axes(drive, command.type, key_axes(command, settings.camera_mm_per_s))
+        elif isinstance(command, c.DragCamera) and drive is not None:
+            drive.drag(self.client, command.right_mm, command.down_mm, command.held)
         elif isinstance(command, c.CutTool) and drive is not None:
             self.buttons = BUTTON_CUT if command.on else 0
             self.push_axes(drive, "tool", NO_AXES)
@@ -291,9 +294,9 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
         if fixed and now.shown_state != "running":
             return "Press Start or Continue, then drag in the picture."
         if fixed and now.mine:
-            return "Drag turns the camera; hold X to cut."
+            return "Drag or arrow keys turn the camera; hold X to cut."
         if now.shown_state == "running" and now.mine:
-            return "Insert by wheel or keys; turn by a drag or keys."
+            return "Wheel or W S insert; a drag or arrow keys turn."
         if now.shown_state == "paused":
             return "Press Continue: the robot goes on from where it is."
         return "Press Start, then turn the wheel in the picture."

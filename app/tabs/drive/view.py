@@ -28,8 +28,7 @@ def snake_section(now: SnakeRecord, shown: bool = False) -> SnakeView | None:
     snapshot, prepared = now.snapshot, now.prepared
     if snapshot is None or prepared is None:
         return None
-    settings = now.settings if isinstance(now.settings, SnakeSettings) else prepared.settings
-    drive = prepared.drive
+    settings, drive = snake_settings(now) or prepared.settings, prepared.drive
     return {
         "depth_mm": round(float(snapshot.progress_mm), 1),
         "length_mm": round(float(snapshot.length_mm), 1),
@@ -55,6 +54,13 @@ def snake_section(now: SnakeRecord, shown: bool = False) -> SnakeView | None:
         "lens_mm": None if prepared.wall is None else round(prepared.wall.lens_mm(snapshot.camera), 1),
         "fixed": prepared.path.base is not None,
     }
+
+
+def snake_settings(now: SnakeRecord) -> SnakeSettings | None:
+    """The settings in force, or those that the robot was prepared with; None without a robot."""
+    if isinstance(now.settings, SnakeSettings):
+        return now.settings
+    return None if now.prepared is None else now.prepared.settings
 
 
 def passed(prepared: PreparedSnake, depth_mm: float) -> str:

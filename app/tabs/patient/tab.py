@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from app.cases.kinds import KINDS
+from app.cases.kinds import kind_of
 from app.exchange.patient_images import holds_images
 from app.kit.kept import Same
 from app.messages.fields import ClientMessage
@@ -83,5 +83,5 @@ class PatientTab(Tab):
         return self._structures.layers()
 
     def hint(self) -> str:
-        kind = self.workspace.case.kind
-        return patient_hint(None if kind is None else KINDS[kind], bool(self.workspace.case.loading))
+        case = self.workspace.case.case
+        return patient_hint(None if case is None else kind_of(case), bool(self.workspace.case.loading))

@@ -30,10 +30,10 @@ const LOCKED = {
 const GONE = "Connection lost, reconnecting … Every change is saved. If the planner was ended, start it again and open the address that it prints.";
 
 // What streams by itself or follows a hand is dropped on a dead line without a word.
-const STREAMS = /^(heartbeat|grip\.release|drive|twist|axes|rate|slice\..*|view\..*|item\.drag)$/;
+const STREAMS = /^(heartbeat|grip\.release|drive|twist|tilt|camera\.drag|axes|rate|slice\..*|view\..*|item\.drag)$/;
 
 /**
- * What this tab had open, for a planner that was started anew; a new tab has what this browser had open last.
+ * What this tab had open, the plan of a head or the route of a lumen among it, for a planner that was started anew; a new tab has what this browser had open last.
  * @returns {Record<string, string>}
  */
 function remembered() {
@@ -49,8 +49,8 @@ function remembered() {
  * @param {Partial<ViewModel>} news the sections that have just come; figures come fifty times a second
  */
 function remember(state, news) {
-  if (!(news.case || news.plan || news.step) || !state.case || !state.step) return;
-  const open = { case: state.case.id, plan: state.plan?.id };
+  if (!(news.case || news.plan || news.route || news.step) || !state.case || !state.step) return;
+  const open = { case: state.case.id, plan: state.plan?.id ?? state.route?.id };
   sessionStorage.setItem("vfix-open", JSON.stringify({ ...open, step: state.step.name }));
   keep("open", JSON.stringify(open));
 }

@@ -1,14 +1,18 @@
 // The sheet of shortcuts, on ‘?’.
 import { show } from "./dialogs.js";
 import { barButton, byId, h } from "./dom.js";
-import { SHORTCUTS } from "./shortcuts.js";
+import { shortcutsIn } from "./shortcuts.js";
 
 const SCROLL_PX = 60; // of an arrow key
 
 export class Help {
-  /** @param {() => void} again shows the first task once more */
-  constructor(again) {
+  /**
+   * @param {() => void} again shows the first task once more
+   * @param {() => string | undefined} tab label of the one that is shown, whose keys come first
+   */
+  constructor(again, tab) {
     this.again = again;
+    this.tab = tab;
     byId("titlebar-tools").append(barButton("help", "Keys", "Keys and first steps (?)", () => this.open(), { id: "help" }));
   }
 
@@ -18,7 +22,7 @@ export class Help {
     /** @type {HTMLInputElement} */
     const filter = h("input", { type: "text", id: "keys-filter", "aria-label": "Filter keys", placeholder: "Filter keys", autocomplete: "off", spellcheck: false });
     const list = () => {
-      const found = sectionsOf(filter.value);
+      const found = sectionsOf(filter.value, this.tab());
       groups.replaceChildren(...found);
       none.hidden = found.length > 0;
     };
@@ -45,12 +49,13 @@ export class Help {
 }
 
 /**
- * The groups with the rows that hold every word that is typed.
+ * The groups with the rows that hold every word that is typed; the keys of the tab come first.
  * @param {string} typed
+ * @param {string} [tab]
  */
-function sectionsOf(typed) {
+function sectionsOf(typed, tab) {
   const words = typed.toLocaleLowerCase().split(/\s+/u);
-  return SHORTCUTS.flatMap(([title, rows]) => {
+  return shortcutsIn(tab).flatMap(([title, rows]) => {
     const found = rows.filter((row) => words.every((word) => `${title} ${row.keys} ${row.words}`.toLocaleLowerCase().includes(word)));
     return found.length ? [h("section", {}, h("h3", {}, title), h("dl", { class: "keys" }, found.flatMap((row) => [h("dt", {}, row.keys), h("dd", {}, row.words)])))] : [];
   });

@@ -9,10 +9,11 @@ import { foldExplanation } from "./said.js";
 /** @import { Connection } from "./connection.js" */
 /** @import { ViewModel } from "./types.js" */
 
-/** @type {Record<string, number>} */
-const DRIVE = { ArrowUp: 1, KeyW: 1, ArrowDown: -1, KeyS: -1 };
-/** @type {Record<string, number>} */
-const TWIST = { KeyA: -1, KeyD: 1 };
+/** What keys do, each by the codes of its two directions. @typedef {Partial<Record<"drive" | "twist" | "tilt", Record<string, -1 | 1>>>} DriveKeys */
+/** Of a tool: along its path, and about its shaft. @type {DriveKeys} */
+const TOOL = { drive: { ArrowUp: 1, KeyW: 1, ArrowDown: -1, KeyS: -1 }, twist: { KeyA: -1, KeyD: 1 } };
+/** Of a robot whose camera is turned: along the lumen, and the camera to a side, up and down. @type {DriveKeys} */
+const CAMERA = { drive: { KeyW: 1, KeyS: -1 }, twist: { ArrowLeft: -1, KeyA: -1, ArrowRight: 1, KeyD: 1 }, tilt: { ArrowUp: 1, ArrowDown: -1 } };
 
 /** Sent to the window when held controls are not reliable any more: keys, buttons and the grip are released. */
 export const LET_GO = "vfix:let-go";
@@ -55,7 +56,7 @@ export class Keys {
    * @param {KeyboardEvent} event
    */
   drives(event) {
-    if (!isRunning(this.connection.state) || !isDriveKey(event) || hasOwnUse(event) || isDialogOpen()) return false;
+    if (!isRunning(this.connection.state) || !this.isDriveKey(event) || hasOwnUse(event) || isDialogOpen()) return false;
     event.preventDefault();
     event.stopImmediatePropagation();
     this.press(event);
@@ -66,7 +67,7 @@ export class Keys {
   down(event) {
     if (this.drives(event)) return;
     const target = /** @type {Partial<HTMLInputElement> | null} */ (event.target);
-    const driving = this.connection.state.step?.input === "drive" && isDriveKey(event);
+    const driving = this.connection.state.step?.input === "drive" && this.isDriveKey(event) && !movesSlider(event);
     // a slider that keeps the focus is moved by ← and →: where keys drive, ↑ and ↓ do so, and change no margin
     const undoing = isUndoKey(event) && !(isText(target) && hasTextUndo(target)) && !isDialogOpen();
     if (typing(event) && !(driving && target?.type === "range") && !undoing && !isFindKey(event)) return;
@@ -147,15 +148,27 @@ export class Keys {
     return !isDialogOpen() && this.shortcuts.some((known) => known(event));
   }
 
-  /** Where the held keys drive and twist. */
+  /** What the keys of the tab do that is shown. */
+  get table() {
+    return this.connection.state.scope?.hand ? CAMERA : TOOL;
+  }
+
+  /** @param {KeyboardEvent} event */
+  isDriveKey({ code, ctrlKey, metaKey, altKey }) {
+    return Object.values(this.table).some((codes) => code in codes) && !(ctrlKey || metaKey || altKey);
+  }
+
+  /** Where the held keys lead. */
   get directions() {
-    return { drive: directionOf(this.held, DRIVE), twist: directionOf(this.held, TWIST) };
+    const { drive = {}, twist = {}, tilt = {} } = this.table;
+    return { drive: directionOf(this.held, drive), twist: directionOf(this.held, twist), tilt: directionOf(this.held, tilt) };
   }
 
   sendHeld() {
-    const { drive, twist } = this.directions;
+    const { drive, twist, tilt } = this.directions;
     this.connection.send("drive", { direction: drive });
     this.connection.send("twist", { direction: twist });
+    if (this.table.tilt) this.connection.send("tilt", { direction: tilt });
     this.hold("keys", this.held.size > 0);
   }
 
@@ -224,11 +237,6 @@ function isRunning({ step, rehearsal }) {
   return step?.input === "drive" && rehearsal?.state === "running" && Boolean(rehearsal.mine);
 }
 
-/** @param {KeyboardEvent} event */
-function isDriveKey({ code, ctrlKey, metaKey, altKey }) {
-  return (code in DRIVE || code in TWIST) && !(ctrlKey || metaKey || altKey);
-}
-
 /**
  * Whether Delete means something else than what is selected in the plan: a question or list is open, or a row has the focus.
  * @param {KeyboardEvent} event
@@ -242,11 +250,21 @@ function isDialogOpen() {
 }
 
 /**
- * Whether what has the focus needs the key itself: text needs all, a list its arrows.
+ * Whether the key moves the slider that has the focus, which no other key does where keys drive.
  * @param {KeyboardEvent} event
  */
-function hasOwnUse({ code, target }) {
+function movesSlider({ code, target }) {
+  return /** @type {Partial<HTMLInputElement> | null} */ (target)?.type === "range" && ["ArrowLeft", "ArrowRight"].includes(code);
+}
+
+/**
+ * Whether what has the focus needs the key itself: text needs all, a list its arrows, a slider two of them.
+ * @param {KeyboardEvent} event
+ */
+function hasOwnUse(event) {
+  const { code, target } = event;
   const { tagName, type = "", isContentEditable } = /** @type {Partial<HTMLInputElement>} */ (target ?? {});
+  if (movesSlider(event)) return true;
   if (tagName === "SELECT" || (tagName === "INPUT" && type === "radio")) return code.startsWith("Arrow");
   if (tagName === "INPUT") return !["range", "checkbox", "button", "color", "file"].includes(type);
   return tagName === "TEXTAREA" || Boolean(isContentEditable);

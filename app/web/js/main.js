@@ -40,7 +40,7 @@ class Page {
     this.look = new SceneLook(this.connection, (view) => this.scene.look(view), this.scene.follower, this.scene.window);
     this.firstTask = new FirstTask();
     this.hint = new HintLine(this.connection);
-    this.help = new Help(() => this.firstTask.again());
+    this.help = new Help(() => this.firstTask.again(), () => this.palette.tabs.find(({ name }) => name === this.connection.state.step?.name)?.label);
     this.slices = new Slices(byId("slices"), this.connection);
     this.endoscope = new EndoscopeView(byId("endoscope"), this.connection, { planned: () => this.slices.poses, swap: () => this.layouts.swapEndoscope(), keys: this.keys });
     this.status = new StatusBar(byId("statusbar"));

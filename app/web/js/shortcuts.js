@@ -50,15 +50,27 @@ export const SHORTCUTS = [
     { keys: "Drag the sphere", words: "Pull the tool by hand" },
   ]],
   ["Drive", [
-    { keys: "Wheel, W S", words: "In the picture: insert and retract; W S hold" },
-    { keys: "Drag, A D", words: "Move the camera" },
+    { keys: "W S", words: "Hold: insert, retract" },
+    { keys: "↑ ↓ ← →", words: "Hold: turn the camera; to the sides A D too" },
+    { keys: "Wheel", words: "In the picture: insert and retract by 5 mm" },
+    { keys: "Drag", words: "In the picture: turn the camera" },
     { keys: "Space", words: "Pause the robot where it is" },
+    { keys: "E", words: "Endoscope large; again: beside 3D", does: "layout.endoscope" },
     { keys: "X", words: "Hold: the tool of a task cuts" },
     { keys: "J", words: "The other joint of a manual hand" },
   ]],
 ];
 
 const KEYS = new Map(SHORTCUTS.flatMap(([, rows]) => rows.flatMap(({ keys, does }) => (does ? [[does, keys]] : []))));
+
+/**
+ * All of them, those of a tab first.
+ * @param {string | undefined} tab its label
+ */
+export function shortcutsIn(tab) {
+  const of = SHORTCUTS.filter(([title]) => title === tab);
+  return [...of, ...SHORTCUTS.filter((group) => !of.includes(group))];
+}
 
 /**
  * The keys of what the palette offers; '' where it has none.

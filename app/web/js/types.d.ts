@@ -1416,9 +1416,9 @@ export interface TaskLabelView {
 /**
  * What the page's endoscope shows: where its surface and its poses come from; '' for none yet.
  *
- * key: another one for another surface. look: of the tissue. hand: a drag in the picture moves the camera. own: the
- * picture is turned as the robot's own camera is, which has no lens that could be tilted. pose: what is shown before
- * there is a robot. words: why there is no picture.
+ * key: another one for another surface. look: of the tissue. hand: a drag in the picture and the arrow keys move the
+ * camera. own: the picture is turned as the robot's own camera is, which has no lens that could be tilted. pose: what
+ * is shown before there is a robot. words: why there is no picture.
  */
 export interface ScopeSection {
   surface: string;
@@ -2609,6 +2609,11 @@ export interface Commands {
   "bead.show": {
     bead_id: string;
   };
+  "camera.drag": {
+    right_mm: number;
+    down_mm: number;
+    held: boolean;
+  };
   "camera.look_round": {};
   "camera.straighten": {};
   "case.delete": {
@@ -3204,6 +3209,9 @@ export interface Commands {
   "targets.take": {
     plan_id: string;
     revision?: number | null;
+  };
+  "tilt": {
+    direction: -1 | 0 | 1;
   };
   "twist": {
     direction: -1 | 0 | 1;

@@ -128,6 +128,7 @@ def test_only_the_holder_moves_the_robot(drive: Drive) -> None:
         drive.pause(tab)
         drive.reset(tab)
         drive.axes(tab, 0.5, 0.0, 0.0)
+        drive.drag(tab, 1.0, 2.0, True)
         drive.master(tab, (1.0, 2.0, 3.0), True)
         drive.rate(tab, (0.5, 0.0, 0.0, 0.0, 0.0, 0.0))
         drive.change_control(tab, Control("teleoperated"))
@@ -136,7 +137,7 @@ def test_only_the_holder_moves_the_robot(drive: Drive) -> None:
         if tab == TWO:
             assert Process.last.told == []
     names = [name for name, *_ in Process.last.told]
-    hand = ["set_grip", "drive", "twist", "run", "pause", "reset", "axes", "master", "rate"]
+    hand = ["set_grip", "drive", "twist", "run", "pause", "reset", "axes", "drag", "master", "rate"]
     assert names == [*hand, "control", "apply", "apply"]
 
 
@@ -154,11 +155,12 @@ def test_each_sign_of_the_holders_hand_makes_those_who_hear_it_prompt(
         drive.heartbeat(tab)
         drive.drive(tab, 1)
         drive.twist(tab, -1)
+        drive.drag(tab, 1.0, 2.0, True)
         drive.master(tab, (1.0, 2.0, 3.0), True)
         drive.rate(tab, (0.5, 0.0, 0.0, 0.0, 0.0, 0.0))
-        assert len(heard) == (6 if tab == ONE else 0)
+        assert len(heard) == (7 if tab == ONE else 0)
         drive.release(tab)
-    assert len(heard) == 6
+    assert len(heard) == 7
 
 
 def test_a_target_is_named_by_its_id_and_must_be_one_that_is_driven() -> None:

@@ -7,11 +7,15 @@ import dataclasses
 import numpy as np
 import pytest
 
+from app.cases.kinds import kind_of
 from app.cases.model import CAVITY_PHANTOM, COLON_PHANTOM, HEAD_PHANTOM
+from app.exchange.patient_images import image_warning
 from app.lumen.cavity import cavity_path
 from app.lumen.document import Route
 from app.lumen.tasks import TaskChoice, tasks_in
 from app.services import Services
+from app.tabs.patient.hints import patient_hint
+from app.workspace.case_view import case_section
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.proximity.fields.side import SurfaceSide
@@ -51,6 +55,14 @@ def test_a_bound_of_the_route_counts() -> None:
 def test_labels_are_offered_in_the_cavity_and_polyps_in_a_colon(phantom_services: Services) -> None:
     cases = [phantom_services.cases.get(case) for case in (CAVITY_PHANTOM, COLON_PHANTOM, HEAD_PHANTOM)]
     assert [tasks_in(case) for case in (*cases, None)] == [("labels",), ("polyps",), (), ()]
+
+
+def test_a_cavity_is_called_one_on_the_page_and_in_what_is_said_of_its_images(phantom_services: Services) -> None:
+    cavity, colon = (phantom_services.cases.get(case) for case in (CAVITY_PHANTOM, COLON_PHANTOM))
+    assert patient_hint(kind_of(cavity), False) == "Drag to turn the cavity. Then go to Route."
+    assert patient_hint(kind_of(colon), False) == "Drag to turn the lumen. Then go to Route."
+    assert case_section(cavity, "")["noun"] == "cavity"
+    assert image_warning(cavity).startswith("Images of a cavity can")
 
 
 def test_labels_in_a_colon_are_refused(phantom_services: Services, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -173,7 +173,7 @@ def test_the_cavity_of_an_archive_is_the_cavity_again(
     phantom_services: Services, tmp_path: Path, moved_mm: float
 ) -> None:
     """Its base and its labels with it, on a machine that rounds otherwise too; a copy is kept of no surface."""
-    from app.lumen.cavity import is_cavity
+    from app.cases.kinds import is_cavity
     from app.lumen.shipped_lumens import LUMENS, shipped_hash
     from app.lumen.tasks import tasks_in
 

@@ -19,13 +19,16 @@ from app.lumen.document import StoredRoute
 from app.lumen.drive_options import LumenDriveOptions
 from app.messages.client import Client
 from app.services import Services
+from app.tabs.drive import commands as c
 from app.tabs.drive import preparation
+from app.tabs.drive.keys import KEY_CAMERA_MM_PER_S
 from app.tabs.drive.routes import COLUMNS
 from app.tabs.drive.view import passed
 from vfix_engine.errors import ControlError
 from vfix_engine.kernels.preparation import Preparation
 from vfix_engine.pathway.limits.link_bounds import BOUND_MM
 from vfix_engine.snake.conform.conforming import driven_curve
+from vfix_engine.worlds.snake import SnakeSettings
 
 
 @pytest.fixture
@@ -88,24 +91,56 @@ def test_keys_a_drag_and_a_device_are_added_and_none_stops_another(
     assert client.tab.drive.lease.take(client.tab.client)
     monkeypatch.setattr(client.tab.drive, "axes", lambda hand, x, y, insert, buttons: told.append((x, y, insert)))
 
-    def after(command: drives.Push | drives.MoveAxes) -> tuple[float, float, float]:
+    def after(command: drives.Push | drives.MoveAxes | c.TiltCamera) -> tuple[float, float, float]:
         client.tab.handle_now(command)
         return told[-1]
 
     def picture(x: float, y: float, insert: float = 0.0) -> drives.MoveAxes:
         return drives.MoveAxes(type="axes", hand="picture", camera_x=x, camera_y=y, insert=insert)
 
+    key = KEY_CAMERA_MM_PER_S / SnakeSettings().camera_mm_per_s
     assert after(drives.Push(type="drive", direction=1)) == (0.0, 0.0, 1.0)
-    assert after(picture(0.5, -0.25)) == (0.5, -0.25, 1.0), "a drag does not stop what a key inserts"
+    assert after(picture(0.9, -0.25)) == (0.9, -0.25, 1.0), "a drag does not stop what a key inserts"
     assert after(drives.Push(type="twist", direction=1)) == (1.0, -0.25, 1.0), "no more than full speed"
-    assert after(drives.MoveAxes(type="axes", camera_x=-1.0, insert=-0.5)) == (0.5, -0.25, 0.5)
-    assert after(picture(0.0, 0.0)) == (0.0, 0.0, 0.5)
+    assert after(c.TiltCamera(type="tilt", direction=1)) == (1.0, -0.25 - key, 1.0)
+    assert after(c.TiltCamera(type="tilt", direction=0)) == (1.0, -0.25, 1.0)
+    assert after(drives.MoveAxes(type="axes", camera_x=-1.0, insert=-0.5)) == pytest.approx((key - 0.1, -0.25, 0.5))
+    assert after(picture(0.0, 0.0)) == pytest.approx((key - 1.0, 0.0, 0.5))
     assert after(drives.Push(type="twist", direction=0)) == (-1.0, 0.0, 0.5)
     assert after(drives.MoveAxes(type="axes")) == (0.0, 0.0, 1.0)
     assert after(drives.Push(type="drive", direction=0)) == (0.0, 0.0, 0.0)
     client.tab.handle_now(drives.Push(type="drive", direction=1))
     client.tab.release_now()
     assert after(picture(0.0, 1.0)) == (0.0, 1.0, 0.0), "what was let go of is forgotten"
+
+
+def test_a_drag_turns_the_camera_by_its_way_and_its_release_ends_it(
+    phantom_services: Services, shared: SharedDrives[Any, Any], route: StoredRoute
+) -> None:
+    client = Driving(phantom_services, shared)
+    client.open(route)
+    send(client.tab, "rehearsal.start")
+    client.until(lambda shown: shown["snake"] and shown["snake"]["can_look"], INSERT)
+    client.tab.handle_now(drives.Push(type="drive", direction=0))
+    ahead = _ahead(client)
+    client.tab.handle_now(c.DragCamera(type="camera.drag", right_mm=0.0, down_mm=0.0, held=True))
+    drag = c.DragCamera(type="camera.drag", right_mm=2.0, down_mm=0.0, held=True)
+    client.until(lambda shown: float(_ahead(client) @ ahead) < np.cos(np.radians(4.0)), drag)
+    client.tab.handle_now(c.DragCamera(type="camera.drag", right_mm=2.0, down_mm=0.0, held=False))
+    client.until(lambda shown: client.tab.now.snapshot is not None)
+    let_go = _ahead(client)
+    for _ in range(20):
+        client.tab.handle_now(drives.HoldCommand(type="heartbeat"))
+        client.shown()
+    assert float(_ahead(client) @ let_go) > np.cos(np.radians(1.0))
+
+
+def _ahead(client: Driving) -> np.ndarray[Any, Any]:
+    """Where the camera looks."""
+    client.shown()
+    snapshot = client.tab.now.snapshot
+    assert snapshot is not None
+    return np.array(snapshot.camera[:3, 2])
 
 
 def test_another_client_watches_and_may_pause_and_no_more(

@@ -125,6 +125,9 @@ class FreehandSystem:
             grip, settings.stiffness_n_per_mm, settings.force_cap_n, state.rotation @ self._view, grip - state.position
         )
 
+    def camera(self, state: FreehandState) -> None:
+        """None: an endoscope is moved as any tool is."""
+
     def row(self, state: FreehandState, out: Array) -> None:
         write_row(state, out)
 

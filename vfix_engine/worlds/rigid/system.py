@@ -198,6 +198,9 @@ class RigidSystem:
         grip = self._grip(state.tool)
         return Grip(grip, settings.stiffness_n_per_mm, settings.force_cap_n, axes, grip - tip.position)
 
+    def camera(self, state: RehearsalState) -> None:
+        """None: an endoscope is moved as any tool is."""
+
     def row(self, state: RehearsalState, out: Array) -> None:
         self._row.write(state, out)
 

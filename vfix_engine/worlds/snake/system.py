@@ -11,6 +11,7 @@ import numpy as np
 from ...arrays import Array
 from ...errors import ControlError, InputError
 from ...robots.snake_kernel import snake_frames
+from ...runtime.camera_drag import DrivenCamera
 from ...runtime.command import BUTTON_STRAIGHTEN, Command, no_command
 from ...runtime.requests import Bend, Request, SetSettings, Straighten
 from ...runtime.settings import checked_settings
@@ -178,8 +179,12 @@ class SnakeSystem:
         return still and float(np.abs(state.forces.total).max()) < STILL_N
 
     def grip(self, state: SnakeState) -> Grip | None:
-        """None: a snake is driven by axes."""
+        """None: a snake is driven by axes, and by a drag in its picture."""
         return None
+
+    def camera(self, state: SnakeState) -> DrivenCamera:
+        """The camera at the tip."""
+        return DrivenCamera(state.obeyed_mm, self.settings(state).camera_mm_per_s * state.period_s)
 
     def row(self, state: SnakeState, out: Array) -> None:
         """Write the numbers of ``row_layout`` into ``out``."""

@@ -1,5 +1,6 @@
-// A hand in the picture of a camera that is driven: a drag moves the camera in its image plane, the wheel inserts.
-// Both say how far, and what is sent is how fast: the way that is left decides, and letting go ends it.
+// A hand in the picture of a camera that is driven. A drag says how far the camera is to go, and the control process makes up
+// for what is left of that while the hand holds: on a busy machine too it arrives. The wheel says how far to insert, and what
+// is sent is how fast: the way that is left decides.
 import { LET_GO } from "../keys.js";
 
 /** @import { Connection } from "../connection.js" */
@@ -13,40 +14,22 @@ export const NOTCH_MM = 5;
 const NOTCH_PX = 100; // of a wheel that scrolls by pixels
 const MOST_LEFT_MM = 60; // of insertion that is owed: a wheel that was spun
 const EVERY_MS = 20;
+const AGAIN_MS = 80; // a drag that is held is told again: of heartbeats that were missing it takes hold anew
 const NEAR_MM = 1.5; // from there on the insertion slows down
 const REACHED_MM = 0.15;
-const ARRIVED_MM = 1e-3; // of the camera: much less than a pixel
 const STUCK_MS = 1500; // held for so long, what is left is forgotten
 
-/** right, down: mm that the camera is still to go. depth: mm along the lumen where the tip is to be, null for anywhere. @typedef {{ right: number, down: number, depth: number | null }} Owed */
-
-/** From −1 to 1. @typedef {{ camera_x: number, camera_y: number, insert: number }} Axes */
-/** @type {Axes} */
-const REST = { camera_x: 0, camera_y: 0, insert: 0 };
+/** A press on the picture: its pointer, where that was pressed, and the camera's way since, mm. @typedef {{ pointer: number, x: number, y: number, right: number, down: number }} Drag */
 
 /**
- * What is owed as axes, and without a depth that is reached.
- * @param {Owed} owed
- * @param {{ depth: number, insertion: number, camera: number, seconds: number }} now speeds of full axes, mm/s; seconds that the axes will last
- * @returns {{ axes: Axes, owed: Owed }}
+ * The axis that inserts towards a depth, from −1 to 1; 0 once it is reached.
+ * @param {number} wanted mm
+ * @param {number} here mm
+ * @param {number} speed of a full axis, mm/s
  */
-export function axesOf({ right, down, depth }, { depth: here, insertion, camera, seconds }) {
-  const way = Math.hypot(right, down), most = Math.max(camera * seconds, way), [x, y] = way > ARRIVED_MM ? [right / most, down / most] : [0, 0];
-  const left = depth === null ? 0 : depth - here;
-  const insert = Math.abs(left) < REACHED_MM ? 0 : Math.max(-1, Math.min(1, left / Math.max(NEAR_MM, 0.05 * insertion)));
-  return { axes: { camera_x: x, camera_y: y, insert }, owed: { right, down, depth: insert === 0 ? null : depth } };
-}
-
-/**
- * What is still owed once axes have lasted so long; beyond what was owed it is to go back.
- * @param {Owed} owed
- * @param {Axes} axes
- * @param {number} camera mm/s of a full axis
- * @param {number} seconds
- * @returns {Owed}
- */
-export function stillOwed({ right, down, depth }, { camera_x: x, camera_y: y }, camera, seconds) {
-  return { right: right - x * camera * seconds, down: down - y * camera * seconds, depth };
+export function insertAxis(wanted, here, speed) {
+  const left = wanted - here;
+  return Math.abs(left) < REACHED_MM ? 0 : Math.max(-1, Math.min(1, left / Math.max(NEAR_MM, 0.05 * speed)));
 }
 
 export class CameraHand {
@@ -62,17 +45,19 @@ export class CameraHand {
     this.connection = connection;
     this.keys = keys;
     this.on = false; // the picture is of a camera that is driven
-    this.dragging = false;
-    /** @type {Owed} */
-    this.owed = { right: 0, down: 0, depth: null };
-    this.said = { axes: REST, at: 0 }; // the last message, and when
-    this.lasts = EVERY_MS / 1000; // seconds between messages: the timer of a busy page is late
+    /** @type {Drag | null} */
+    this.dragged = null;
+    /** @type {number | null} mm along the lumen where the wheel wants the tip, null for anywhere */
+    this.depth = null;
+    this.inserts = 0; // the axis that was sent last
+    this.saidAt = -Infinity; // of the drag
+    this.said = ""; // its way
     /** @type {ReturnType<typeof setInterval> | undefined} */
     this.timer = undefined;
     this.nearer = { left: Infinity, at: 0 };
     pane.addEventListener("pointerdown", (event) => this.press(event));
     pane.addEventListener("pointermove", (event) => this.drag(event));
-    for (const end of /** @type {const} */ (["pointerup", "pointercancel", "lostpointercapture"])) pane.addEventListener(end, () => this.release());
+    for (const end of /** @type {const} */ (["pointerup", "pointercancel", "lostpointercapture"])) pane.addEventListener(end, ({ pointerId }) => { if (pointerId === this.dragged?.pointer) this.release(); });
     pane.addEventListener("wheel", (event) => this.turn(event), { passive: false });
     window.addEventListener(LET_GO, () => this.stop());
   }
@@ -95,25 +80,30 @@ export class CameraHand {
   press(event) {
     if (!this.ready || event.button !== 0 || (event.target !== this.picture && event.target !== this.pane)) return; // what lies over them is pressed itself
     if (event.target === this.pane) this.pane.setPointerCapture(event.pointerId); // the picture captures its own
-    this.dragging = true;
+    this.dragged = { pointer: event.pointerId, x: event.clientX, y: event.clientY, right: 0, down: 0 };
+    this.tellDrag(this.dragged);
     this.begin();
   }
 
-  /** @param {PointerEvent} event */
-  drag({ movementX, movementY }) {
-    if (!this.dragging || !this.ready) return;
+  /**
+   * By where the pointer is, not by how far it moved: a busy page hears of few of its moves.
+   * @param {PointerEvent} event
+   */
+  drag({ pointerId, clientX, clientY }) {
+    const { dragged } = this;
+    if (!dragged || dragged.pointer !== pointerId) return;
     const scale = (MM_PER_PX * USUAL_PX) / Math.max(1, this.picture.clientWidth);
-    this.owed.right -= movementX * scale; // what was grasped comes along: the camera goes the other way
-    this.owed.down -= movementY * scale;
-    this.begin();
+    dragged.right = (dragged.x - clientX) * scale; // what was grasped comes along: the camera goes the other way
+    dragged.down = (dragged.y - clientY) * scale;
   }
 
   /** Letting go is the clutch: nothing of the drag is left. */
   release() {
-    if (!this.dragging) return;
-    this.dragging = false;
-    this.owed = { ...this.owed, right: 0, down: 0 };
-    this.say();
+    const { dragged } = this;
+    if (!dragged) return;
+    this.dragged = null;
+    this.connection.send("camera.drag", { right_mm: dragged.right, down_mm: dragged.down, held: false });
+    if (this.depth === null) this.rest();
   }
 
   /** @param {WheelEvent} event */
@@ -124,8 +114,8 @@ export class CameraHand {
     const notches = event.deltaMode === 0 ? event.deltaY / NOTCH_PX : Math.sign(event.deltaY);
     const { depth_mm: here = 0, length_mm: length = 0, fixed = false } = this.connection.state.snake ?? {};
     if (fixed) return; // nothing is inserted
-    const wanted = (this.owed.depth ?? here) - NOTCH_MM * notches;
-    this.owed.depth = Math.max(0, Math.min(length, Math.max(here - MOST_LEFT_MM, Math.min(here + MOST_LEFT_MM, wanted))));
+    const wanted = (this.depth ?? here) - NOTCH_MM * notches;
+    this.depth = Math.max(0, Math.min(length, Math.max(here - MOST_LEFT_MM, Math.min(here + MOST_LEFT_MM, wanted))));
     this.nearer = { left: Infinity, at: performance.now() };
     this.begin();
   }
@@ -133,38 +123,36 @@ export class CameraHand {
   begin() {
     if (this.timer !== undefined) return;
     this.keys.hold("scope", true);
-    this.said = { axes: REST, at: performance.now() };
-    this.lasts = EVERY_MS / 1000;
     this.timer = setInterval(() => this.tell(), EVERY_MS);
   }
 
-  /** What was moved since the last message is owed no more. */
+  /** Tell the way of the drag, where it is another or was not told for long, and how fast to insert. */
   tell() {
-    const seconds = (performance.now() - this.said.at) / 1000;
-    this.owed = stillOwed(this.owed, this.said.axes, this.connection.state.snake?.camera_mm_per_s ?? 0, seconds);
-    this.lasts = Math.max(EVERY_MS / 1000, seconds);
-    this.say();
-  }
-
-  /** Send what is owed as speeds, and rest once nothing is. */
-  say() {
     const { snake } = this.connection.state;
     if (!this.ready || !snake) {
       this.stop();
       return;
     }
+    const { dragged } = this;
+    if (dragged && (wayOf(dragged) !== this.said || performance.now() - this.saidAt >= AGAIN_MS)) this.tellDrag(dragged);
     this.forgetIfStuck(snake.depth_mm);
-    const now = { depth: snake.depth_mm, insertion: snake.insertion_mm_per_s, camera: snake.camera_mm_per_s, seconds: this.lasts };
-    const { axes, owed } = axesOf(this.owed, now);
-    this.owed = owed;
-    this.send(axes);
-    if (!moves(axes) && !this.dragging) this.rest();
+    const insert = this.depth === null ? 0 : insertAxis(this.depth, snake.depth_mm, snake.insertion_mm_per_s);
+    if (insert === 0) this.depth = null;
+    this.insert(insert);
+    if (this.depth === null && !dragged) this.rest();
   }
 
-  /** @param {Axes} axes beside those of keys and devices, which are added on the server */
-  send(axes) {
-    if (moves(axes) || moves(this.said.axes)) this.connection.send("axes", { hand: "picture", ...axes });
-    this.said = { axes, at: performance.now() };
+  /** @param {Drag} dragged */
+  tellDrag(dragged) {
+    this.said = wayOf(dragged);
+    this.saidAt = performance.now();
+    this.connection.send("camera.drag", { right_mm: dragged.right, down_mm: dragged.down, held: true });
+  }
+
+  /** @param {number} insert beside the axes of keys and devices, which are added on the server */
+  insert(insert) {
+    if (insert || this.inserts) this.connection.send("axes", { hand: "picture", insert });
+    this.inserts = insert;
   }
 
   /**
@@ -172,29 +160,30 @@ export class CameraHand {
    * @param {number} here
    */
   forgetIfStuck(here) {
-    if (this.owed.depth === null) return;
-    const left = Math.abs(this.owed.depth - here), at = performance.now();
+    if (this.depth === null) return;
+    const left = Math.abs(this.depth - here), at = performance.now();
     if (left < this.nearer.left - 0.05) this.nearer = { left, at };
-    else if (at - this.nearer.at > STUCK_MS) this.owed.depth = null;
+    else if (at - this.nearer.at > STUCK_MS) this.depth = null;
   }
 
   rest() {
+    if (this.timer === undefined) return;
     clearInterval(this.timer);
     this.timer = undefined;
     this.keys.hold("scope", false);
   }
 
   stop() {
-    this.dragging = false;
-    this.owed = { right: 0, down: 0, depth: null };
-    this.send(REST);
-    if (this.timer !== undefined) this.rest();
+    this.depth = null;
+    this.release();
+    this.insert(0);
+    this.rest();
   }
 }
 
-/** @param {Axes} axes */
-function moves(axes) {
-  return Object.values(axes).some((axis) => axis !== 0);
+/** @param {Drag} dragged */
+function wayOf({ right, down }) {
+  return `${right} ${down}`;
 }
 
 /** @param {ViewModel} state */

@@ -25,7 +25,7 @@ import { SurfaceLoader } from "./surface-loader.js";
 /** @import { Connection } from "../connection.js" */
 /** @import { ToolPoses } from "../slices/tool-poses.js" */
 /** @import { Triple } from "../slices/grid.js" */
-/** @import { LabelsNowView, TaskNowView, ViewModel } from "../types.js" */
+/** @import { LabelsNowView, ScopeSection, TaskNowView, ViewModel } from "../types.js" */
 /** @import { Keys } from "../keys.js" */
 /** @import { Lens, LensSettings, ScopePose } from "./lens.js" */
 /** @import { Look } from "./looks.js" */
@@ -53,9 +53,7 @@ export class EndoscopeView {
     this.connection = connection;
     this.page = page;
     this.visible = false;
-    this.canvas = h("canvas", {
-      class: "scope-picture", tabIndex: 0, role: "img", "aria-label": "Picture of the endoscope; ← and → turn its lens", title: "Drag turns the lens; double-click turns it back",
-    });
+    this.canvas = h("canvas", { class: "scope-picture", tabIndex: 0, role: "img" });
     this.tools = new ScopeTools(this.canvas, (moves) => this.seenAnew(moves), () => this.save());
     this.hand = new CameraHand(root, this.canvas, connection, page.keys);
     this.arcs = new ForceArcs();
@@ -113,6 +111,9 @@ export class EndoscopeView {
     this.hand.follow(state, scope.hand && this.visible);
     this.own = scope.own;
     this.tools.element.hidden = scope.own;
+    const [does, title] = handWords(scope);
+    this.canvas.setAttribute("aria-label", `Picture of the endoscope${does}`);
+    this.canvas.title = title;
     this.arcs.element.hidden = !scope.hand;
     if (!live) this.driven = null;
     this.cues.update(state, this.visible && this.connection.connected && !document.hidden);
@@ -344,6 +345,15 @@ export class EndoscopeView {
       note(/** @type {Error} */ (error).message, { error: true });
     }
   }
+}
+
+/**
+ * What keys and a drag do in the picture: for a screen reader, and under the pointer.
+ * @param {Pick<ScopeSection, "hand" | "own">} scope
+ */
+function handWords({ hand, own }) {
+  if (hand) return ["; arrow keys turn the camera while it is driven", "Drag turns the camera"];
+  return own ? ["", ""] : ["; ← and → turn its lens", "Drag turns the lens; double-click turns it back"];
 }
 
 /** @returns {ScopePose | null} of the run that is replayed */

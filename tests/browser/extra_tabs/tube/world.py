@@ -64,6 +64,9 @@ class TubeSystem:
     def grip(self, state: TubeState) -> Grip:
         return Grip(np.array(state.place), stiffness=0.1, cap=1.0)
 
+    def camera(self, state: TubeState) -> None:
+        return None
+
     def row(self, state: TubeState, out: Array) -> None:
         out[:] = state.place
 

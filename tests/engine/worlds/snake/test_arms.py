@@ -106,7 +106,7 @@ def test_a_live_insertion_ends_where_no_link_is_left(arm: Arm, motion: TissueMot
     *_, state = run(system, system.start(), [hand(insert=1.0)] * 400)
     assert state.tip_s == 140.0
     assert (state.outcome, state.limit) == ("held", "end")
-    assert state.held_by == "all 5 links are inside: the robot is no longer"
+    assert state.held_by == "all 5 links are inside: the robot is at its full length"
     *_, back = run(system, state, [hand(insert=-1.0)] * 200)
     assert back.tip_s < 139.0
 

@@ -7,11 +7,13 @@ import numpy as np
 from ....arrays import Array
 from ....pathway.limits.backtracking import largest_fraction
 from ....pathway.limits.limits import Configuration, LinksAt
+from ....runtime.camera_drag import own_part
+from ....snake.bending.visual_motor_kernel import camera_moved
 from ....snake.control.parameterised import ParameterisedControl
 from ....snake.control.tip_control import DistalContext, outwards, stops
 from .command import SnakeCommand
 from .constants import DriveConstants
-from .manual import at_range, hand_target
+from .manual import at_range, hand_moved, hand_target
 from .motion import backtracked, enforced, limits_here, refused_part, too_fast
 from .outcome import REST, Outcome
 from .refusal import Refusal
@@ -90,16 +92,18 @@ def bend(
             return state, Outcome("held", at_range(drive.snake, state.hand_joint), "range")
         fastest = float(np.abs(target - q).max()) > (1.0 + SAME) * most
         state, outcome = _go(drive, state, q, target, most, True)
+        state = _counted(state, hand_moved(drive.distal, q, state.pose.q[2 * drive.first :], state.hand_joint))
         return state, too_fast(state) if fastest and outcome.name == "moved" else outcome
     if by_joints:
         words = "the tip is bent by its joints: straighten it before the camera is steered"
         return state, Outcome("held", words, "bent")
-    control = state.control
-    target = control.wanted(q, _pulled(state, command.camera) * dt, most)
+    control, pulled = state.control, _pulled(state, command.camera) * dt
+    target = control.wanted(q, pulled, most)
     if np.array_equal(target, q):
         return state, Outcome("held", _no_bend(drive, state, q), "bends")
     cut = control.speed_limited or float(np.abs(target - q).max()) > (1.0 + SAME) * most
     state, outcome = _go(drive, state, q, target, most, False)
+    state = _counted(state, _camera_moved(drive, state, q, pulled, pulled - command.camera * dt))
     if outcome.name == "moved" and control.blocked:
         return state, Outcome("shrunk", _no_bend(drive, state, state.pose.q[2 * drive.first :]), "bends")
     return state, too_fast(state) if cut and outcome.name == "moved" else outcome
@@ -111,6 +115,22 @@ def _pulled(state: SnakeState, camera: Array) -> Array:
         return camera
     pulled: Array = camera + state.settings.yield_mm_per_s_per_n * state.forces.guidance
     return pulled
+
+
+def _camera_moved(
+    drive: DriveConstants, state: SnakeState, q: Array, pulled: Array, yielded: Array
+) -> tuple[float, float]:
+    """(right, down) mm by which the camera went as commanded from q (2L',), without what the hand yielded, (2,) mm."""
+    snake = drive.distal
+    right, down = camera_moved(q, state.pose.q[2 * drive.first :], snake.length_mm, snake.camera_offset_mm).tolist()
+    whole, other = (float(pulled[0]), float(pulled[1])), (float(yielded[0]), float(yielded[1]))
+    return own_part((right, down), whole, other) if any(other) else (right, down)
+
+
+def _counted(state: SnakeState, moved: tuple[float, float]) -> SnakeState:
+    """With so much more of the camera commands carried out."""
+    right, down = state.obeyed_mm
+    return state._replace(obeyed_mm=(right + moved[0], down + moved[1]))
 
 
 def _straighten(

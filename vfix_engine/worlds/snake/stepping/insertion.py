@@ -24,7 +24,9 @@ def end_of_way(drive: DriveConstants, state: SnakeState, tip_s: float, sign: flo
         return "the robot is out" if tip_s <= 0.0 else None
     if tip_s >= state.tissue.length_mm:
         return "the end of the path"
-    return f"all {drive.snake.links} links are inside: the robot is no longer" if tip_s >= drive.longest_mm else None
+    if tip_s < drive.longest_mm:
+        return None
+    return f"all {drive.snake.links} links are inside: the robot is at its full length"
 
 
 def farthest_mm(drive: DriveConstants, state: SnakeState) -> float:

@@ -28,6 +28,16 @@ def hand_target(distal: SnakeModel, q: Array, camera_mm: Array, joint: int) -> A
     return distal.clamp(target)
 
 
+def hand_moved(distal: SnakeModel, before: Array, after: Array, joint: int) -> tuple[float, float]:
+    """The motion of the hand in mm that turned universal joint ``joint`` from joints (2L',) to others: the inverse of
+    ``hand_target``.
+    """
+    link = distal.links - min(joint, distal.links)
+    lever = (distal.links - link) * distal.length_mm + distal.camera_offset_mm
+    down, right = lever * (after - before)[2 * link : 2 * link + 2]
+    return float(right), -float(down)
+
+
 def at_range(snake: SnakeModel, joint: int) -> str:
     """In words, that the chosen joint goes no farther."""
     return f"joint {snake.links - joint + 1} is at the end of its range, ± {math.degrees(snake.q_max):g}°"

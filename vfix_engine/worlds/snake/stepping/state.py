@@ -121,6 +121,7 @@ class SnakeState(NamedTuple):
     query_s, step_s: measured durations of the last query of all links and of this step in s.
     period_s: of the next step. doing: the active request; bend_goal: (2L',) rad, its goal, None: none; looking:
         progress of a look-round; looked_deg: angle of the view in each direction in the last one.
+    obeyed_mm: what was carried out of the camera commands so far, to the right and down in the picture.
     """
 
     settings: DriveSettings
@@ -152,6 +153,7 @@ class SnakeState(NamedTuple):
     bend_goal: tuple[float, ...] | None = None
     looking: Looking | None = None
     looked_deg: tuple[float, ...] = (0.0,) * SIDES
+    obeyed_mm: tuple[float, float] = (0.0, 0.0)
 
     @property
     def certified(self) -> bool:
