@@ -25,10 +25,14 @@ class HeldPublic(BaseModel):
 
 
 class HoldPublic(BaseModel):
-    """A time in which something held the tool, or touched it in a free hand (kind 'contact'); place in LPS mm."""
+    """A time in which something held the tool, or touched it in a free hand (kind 'contact'); place in LPS mm.
+
+    held_s: of duration_s without interruptions, which are up to 0.3 s each.
+    """
 
     t_s: float
     duration_s: float
+    held_s: float
     kind: str
     structure: str
     part: str

@@ -16,7 +16,7 @@ class SceneLabel:
     """A text at a position in LPS mm.
 
     kind: style on the page ('letter', 'item', 'bead', 'bead chosen', 'grip', 'centre', 'stop', 'gap', 'opening',
-    and that with its side).
+    and that with its side; 'bead inside': seen through what is around it, from every side).
     """
 
     def __init__(self, node: viser.LabelHandle, kind: str, text: str, visible: bool, owner: SceneLabels) -> None:

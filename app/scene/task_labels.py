@@ -30,6 +30,11 @@ class LabelShape:
     end_mm: float
     name: str
 
+    @property
+    def done(self) -> bool:
+        """Nothing is left on it."""
+        return self.end_mm >= HALF_MM
+
 
 class LabelNodes:
     """All labels of a task."""
@@ -38,36 +43,52 @@ class LabelNodes:
         self._view = view
         self._rims = Lines(view, "/drive/labels/rims", palette.TASK_LABEL, _RIM_MM)
         self._arrows = Lines(view, "/drive/labels/arrows", palette.TASK_LABEL, _ARROW_MM)
+        self._done = Lines(view, "/drive/labels/done", palette.DONE, _RIM_MM)
         self._objects = Lines(view, "/drive/labels/objects", palette.SOUGHT[2], _OBJECT_MM)
         self._way = GrowingLines(view, "/drive/labels/way", palette.TIP_WAY, _WAY_MM)
         self._cut = GrowingLines(view, "/drive/labels/cut", palette.TIP_CUT, _WAY_MM)
         self._names: list[SceneLabel] = []
+        self._shown: tuple[bool, ...] | None = None  # which labels are drawn as done
 
     def show(self, labels: tuple[LabelShape, ...], way: Array, red: BoolArray) -> None:
         """labels: the same each time, but for what is left on them.
 
         way: (n, 3) LPS mm of the tip so far, which only grows; red: (n,) where it was cutting.
         """
-        if not self._names:
-            self._rims.show(np.concatenate([joined(circle(one.centre, one.normal, RADIUS_MM)) for one in labels]))
-            self._arrows.show(np.concatenate([_arrow(one) for one in labels]))
-        left = [_line(one, one.end_mm, HALF_MM) for one in labels if one.end_mm < HALF_MM]
+        done = tuple(one.done for one in labels)
+        if done != self._shown:
+            self._shown = done
+            self._outline(labels)
+        left = [_line(one, one.end_mm, HALF_MM) for one in labels if not one.done]
         self._objects.show(np.array(left) if left else np.zeros((0, 2, 3)))
         pieces = np.stack([way[:-1], way[1:]], axis=1) if len(way) > 1 else np.zeros((0, 2, 3))
         self._way.show(pieces[~red[1:]])
         self._cut.show(pieces[red[1:]])
+
+    def _outline(self, labels: tuple[LabelShape, ...]) -> None:
+        """Rims, arrows and numbers: in another colour and ticked where a label is done."""
+        left, done = [one for one in labels if not one.done], [one for one in labels if one.done]
+        none = [np.zeros((0, 2, 3))]
+        self._rims.show(np.concatenate(none + [_rim(one) for one in left]))
+        self._arrows.show(np.concatenate(none + [_arrow(one) for one in left]))
+        self._done.show(np.concatenate(none + [part(one) for one in done for part in (_rim, _arrow)]))
         for one in labels[len(self._names) :]:
-            name = f"/drive/labels/{one.name}_label"
-            at = one.centre + (RADIUS_MM + 2.0) * one.along
-            self._names.append(
-                self._view.labels.add(name, one.name, "bead", at, font_screen_scale=0.8, anchor="center-center")
-            )
+            name, at = f"/drive/labels/{one.name}_label", one.centre + (RADIUS_MM + 2.0) * one.along
+            look = {"font_screen_scale": 0.8, "anchor": "center-center", "depth_test": False}
+            self._names.append(self._view.labels.add(name, "", "bead inside", at, **look))
+        for label, one in zip(self._names, labels, strict=True):
+            label.text = f"{one.name} ✓" if one.done else one.name
 
     def remove(self) -> None:
-        for lines in (self._rims, self._arrows, self._objects, self._way, self._cut):
+        for lines in (self._rims, self._arrows, self._done, self._objects, self._way, self._cut):
             lines.remove()
         for name in self._names:
             name.remove()
+
+
+def _rim(one: LabelShape) -> Array:
+    """(n, 2, 3)"""
+    return joined(circle(one.centre, one.normal, RADIUS_MM))
 
 
 def _line(one: LabelShape, start_mm: float, end_mm: float) -> Array:

@@ -11,6 +11,7 @@ const { listenerOf } = await import("./templates.js");
 const { default: DrivePanel, helpOf, tooNarrow, whyNoLook } = await import("../../app/tabs/drive/panel.js");
 const { wallWords } = await import("../../app/web/js/endoscope/scope.js");
 const { shortcutsIn } = await import("../../app/web/js/shortcuts.js");
+const { cautions } = await import("../../app/tabs/drive/limits.js");
 const { taskGroup } = await import("../../app/tabs/drive/task.js");
 
 /** A window whose robot runs in the manual arm. */
@@ -70,11 +71,37 @@ test("a task whose polyps were drawn says from how much of the wall, and how man
   assert.match(told({ viewed: true, held_s: 1 }), /1.0 of 7 s/);
 });
 
-test("a run of a robot ends where the robot is", () => {
+test("what pauses, ends and resets a drive stands in the bar that stays in sight", () => {
   const { panel, state } = driving();
   panel.endCard.begin = async () => {};
-  panel.endCard.update(state);
-  assert.match(panel.endCard.element.textContent, /Ends where the robot is/);
+  panel.update(state);
+  const [, bar] = /<div class="panel-bar drive-bar"[^>]*>(.*?)<p/su.exec(panel.element.textContent) ?? [];
+  assert.deepEqual([...bar.matchAll(/id="([a-z-]+)"/gu)].map(([, id]) => id), ["start", "finish-run", "reset"]);
+  assert.match(bar, />Pause</);
+  assert.equal(panel.element.textContent.match(/id="finish-run"/gu)?.length, 1);
+  state.rehearsal.mine = false;
+  panel.update(state);
+  assert.doesNotMatch(panel.element.textContent, /finish-run/, "by the window that drives");
+});
+
+test("a figure of a link is amber from 90 % of its bound on, behind the wall as outside the pathway", () => {
+  const snake = (/** @type {number} */ off, /** @type {number} */ depth, /** @type {number | null} */ bound_mm = 6) => /** @type {any} */ ({ nearest: { deviation_mm: off, bound_mm: 8 }, deepest: { depth_mm: depth, bound_mm } });
+  assert.deepEqual(cautions(snake(7.1, 5.3)), { deviation: false, behind: false });
+  assert.deepEqual(cautions(snake(7.3, 5.5)), { deviation: true, behind: true });
+  assert.deepEqual(cautions(snake(7.1, 5.5, null)), { deviation: false, behind: false }, "a link that is out again");
+  assert.deepEqual([cautions(null), cautions(/** @type {any} */ ({ nearest: null, deepest: null }))].map(({ deviation, behind }) => deviation || behind), [false, false]);
+});
+
+test("the arcs on the picture's rim are explained with their colours", () => {
+  const { panel } = driving();
+  assert.match(String(panel.device(null)), /thick one guides.*thin one inside it is the resistance.*class="arc-key amber">Amber: from 0\.2 N.*class="arc-key red">Red: from 2 N/su);
+});
+
+test("one more that is done ticks the count", () => {
+  const now = { of: 10, cleared: 3, held_s: 0, hold_s: 7, viewed: false, seen: null, completed: false, words: "", end_mm: 500, end_name: "", viewable_share: null };
+  const told = (/** @type {number} */ cleared) => String(taskGroup(connectionOf({}), /** @type {any} */ ({ offered: ["polyps"], labels: null, task: "polyps", places: "route", seed: 0, marks: 2, open: true, now: { ...now, cleared } })));
+  assert.match(told(3), /<dt class=ticked>✓ 3 of 10 viewed/);
+  assert.match(told(0), /<dt class=>0 of 10 viewed/);
 });
 
 test("a lens at the wall or behind it is told, with how deep", () => {

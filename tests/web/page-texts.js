@@ -16,7 +16,7 @@ export const LIMITS = { button: 3, verdict: 8, hint: 12, said: 12 };
 // what a module's own constant or function is, where another module shows it
 const ELSEWHERE = {
   "app/web/js/dom.js": { ICONS: "none" }, // paths of SVG
-  "app/web/js/endoscope/shaders.js": Object.fromEntries(["TISSUE_VERTEX", "COMMON", "LEAN", "FULL", "TISSUE_FRAGMENT", "LINE_VERTEX", "RING_VERTEX", "INK_FRAGMENT", "RING_FRAGMENT", "BALL_VERTEX", "BALL_FRAGMENT", "FLAT_VERTEX", "FLAT_FRAGMENT"].map((name) => [name, "none"])),
+  "app/web/js/endoscope/shaders.js": Object.fromEntries(["TISSUE_VERTEX", "COMMON", "LEAN", "FULL", "TISSUE_FRAGMENT", "LINE_VERTEX", "RING_VERTEX", "INK_FRAGMENT", "RING_FRAGMENT", "TICK_FRAGMENT", "BALL_VERTEX", "BALL_FRAGMENT", "FLAT_VERTEX", "FLAT_FRAGMENT"].map((name) => [name, "none"])),
   "app/web/js/scene-layer/tool-window.js": { DECLARED: "none", DITHERED: "none" }, // of a shader
   "app/web/js/connection.js": { REFUSALS: "said", LOCKED: "said", GONE: "said" }, // by the banner
   "app/web/js/used-registration.js": { DRIVEN: "said" },

@@ -98,13 +98,21 @@ test("the end has the name of its landmark while the route is as it was driven",
 });
 
 test("holds by the computer are one line with their number and total", () => {
-  const hold = (/** @type {string} */ kind, /** @type {string} */ reason, /** @type {number} */ duration_s, t_s = 0) => /** @type {any} */ ({ kind, reason, duration_s, t_s });
+  const hold = (/** @type {string} */ kind, /** @type {string} */ reason, /** @type {number} */ held_s, t_s = 0) => /** @type {any} */ ({ kind, reason, duration_s: held_s + 0.2, held_s, t_s });
   const lines = holdLines([hold("planning", "waiting for the computer", 7, 3), hold("bound", "link 2 at its bound", 4), hold("planning", "what comes next was being planned", 5)]);
   assert.deepEqual(lines.map(({ words, length_s: length, hold: { t_s: at } }) => [words, length, at]), [["Waiting for the computer, 2 times", 12, 3], ["Link 2 at its bound", 4, 0]]);
   const many = [...Array(14).keys()].map((index) => hold("bound", `link ${index} at its bound`, 1));
-  assert.match(String(holdList(many, () => {})), /9 more in Review/);
-  assert.doesNotMatch(String(holdList(many, () => {}, null)), /in Review/, "there all are shown");
-  assert.match(String(holdList(many, () => {}, null)), /Link 13 at its bound/);
+  assert.match(String(holdList({ holds: many }, () => {})), /9 more in Review, 9\.0 s/);
+  assert.doesNotMatch(String(holdList({ holds: many }, () => {}, null)), /in Review/, "there all are shown");
+  assert.match(String(holdList({ holds: many }, () => {}, null)), /Link 13 at its bound/);
+});
+
+test("the times of a list of holds add up to the time held of the score: without interruptions, and with what was brief", () => {
+  const hold = (/** @type {number} */ duration_s, /** @type {number} */ held_s) => /** @type {any} */ ({ kind: "bound", reason: "link 2 at its bound", t_s: 0, duration_s, held_s });
+  const told = (/** @type {any[]} */ holds) => [...String(holdList({ holds }, () => {})).matchAll(/(\d+\.\d) s/g)].map(([, seconds]) => Number(seconds));
+  assert.deepEqual(told([hold(1.9, 1.7)]), [1.7], "an interruption is no time held");
+  assert.deepEqual(told([hold(1.9, 1.7), ...Array(10).fill(hold(0.02, 0.02))]), [1.7, 0.2]);
+  assert.deepEqual(told([hold(0.02, 0.02)]), [], "nothing in tenths");
 });
 
 test("runs are compared by the same rows, and by those of a task that any of them has", () => {

@@ -1,7 +1,7 @@
 // Labels of study II in the picture, the marker on them, and the button of the tool.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { HALF_MM, RADIUS_MM, labelTriangles } from "../../app/web/js/endoscope/task-labels.js";
+import { COLOURS, HALF_MM, RADIUS_MM, labelTriangles } from "../../app/web/js/endoscope/task-labels.js";
 import { keyEvent, noted } from "./page.js";
 import { layOutElements } from "./panels.js";
 
@@ -10,7 +10,7 @@ const { ToolButton } = await import("../../app/tabs/drive/tool-button.js");
 
 const LABEL = { centre: [10, 20, 30], normal: [0, 0, 1], along: [1, 0, 0], end_mm: -10 };
 /** Corners of a colour, as places. */
-const corners = (all, red) => {
+const corners = (all, [red]) => {
   const found = [];
   for (let at = 0; at < all.length; at += 9) if (Math.abs(all[at + 6] - red) < 1e-6) found.push([all[at], all[at + 1], all[at + 2]]);
   return found;
@@ -18,18 +18,20 @@ const corners = (all, red) => {
 
 test("a label is a disc about its middle, and its arrow ends at its tip", () => {
   const all = labelTriangles([LABEL]);
-  const paper = corners(all, 0.9).map(([x, y]) => Math.hypot(x - 10, y - 20));
+  const paper = corners(all, COLOURS.paper).map(([x, y]) => Math.hypot(x - 10, y - 20));
   assert.ok(Math.abs(Math.max(...paper) - RADIUS_MM) < 1e-4);
-  const arrow = corners(all, 0.1).map(([x]) => x - 10);
+  const arrow = corners(all, COLOURS.ink).map(([x]) => x - 10);
   assert.deepEqual([Math.min(...arrow), Math.max(...arrow)], [-HALF_MM, HALF_MM]);
 });
 
 test("the object reaches from its aimed end to the arrow's tip, and is gone at its end", () => {
   for (const end of [-10, 0, 7.5]) {
-    const object = corners(labelTriangles([{ ...LABEL, end_mm: end }]), 1).map(([x]) => x - 10);
+    const object = corners(labelTriangles([{ ...LABEL, end_mm: end }]), COLOURS.object).map(([x]) => x - 10);
     assert.deepEqual([Math.min(...object), Math.max(...object)], [end, HALF_MM]);
   }
-  assert.equal(corners(labelTriangles([{ ...LABEL, end_mm: 10 }]), 1).length, 0);
+  assert.equal(corners(labelTriangles([{ ...LABEL, end_mm: 10 }]), COLOURS.object).length, 0);
+  assert.equal(corners(labelTriangles([{ ...LABEL, end_mm: 10 }]), COLOURS.paper).length, 0, "its paper has the colour of what is done");
+  assert.ok(corners(labelTriangles([{ ...LABEL, end_mm: 10 }]), COLOURS.done).length);
 });
 
 test("X holds the button of the tool while there is one, and everything lets go of it", () => {

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, BoolArray
 from ..runtime.run import Run
 from ..runtime.system import SystemSpec
 from ..worlds.freehand.spec import FreehandSpec
@@ -24,7 +24,8 @@ UNKNOWN_WORDS = "not known: this version of the control makes another step there
 class RunHold:
     """A time in which something held the tool; or touched it, which in a free hand nothing prevents.
 
-    t_s: driven time since the last return to the start at which it begins, duration_s: until it ends.
+    t_s: driven time since the last return to the start at which it begins, duration_s: until it ends; held_s: of that
+        without the interruptions, as ``held_s`` of a score counts.
     kind, structure, part: as in ``runtime.snapshot.Blocker``; kind 'contact' where a free tool is in a structure, 'end'
         at an end of the path, '' where the reason is not known. reason: in words.
     place: (3,) in LPS mm, on the obstacle where that is known, else the tip.
@@ -33,6 +34,7 @@ class RunHold:
 
     t_s: float
     duration_s: float
+    held_s: float
     kind: str
     structure: str
     part: str
@@ -64,12 +66,13 @@ def holds_of(run: Run, spec: SystemSpec | None = None) -> tuple[RunHold, ...]:
 
 
 def _holds(run: Run, spec: SystemSpec, samples: Samples, time: Array) -> Iterator[RunHold]:
-    held = spans(samples.outcome == HELD, time)
+    is_held = samples.outcome == HELD
+    held = spans(is_held, time)
     reasons = held_by(run, spec, samples, [first for first, _ in held])
     for (first, last), why in zip(held, reasons, strict=True):
         point = samples.tip[first] if why is None or why.point is None else why.point
         kind, structure, part, words = ("", "", "", UNKNOWN_WORDS) if why is None else why[:4]
-        yield RunHold(*_when(samples, time, first, last), kind, structure, part, words, _place(point))
+        yield RunHold(*_when(samples, time, is_held, first, last), kind, structure, part, words, _place(point))
 
 
 def _contacts(samples: Samples, time: Array) -> Iterator[RunHold]:
@@ -81,13 +84,14 @@ def _contacts(samples: Samples, time: Array) -> Iterator[RunHold]:
                 depth = -float(distance[first : last + 1].min())
                 deepest = first + int(distance[first : last + 1].argmin())
                 words = f"the {name} was {depth:.1f} mm in {structure}"
-                when = _when(samples, time, first, last)
+                when = _when(samples, time, distance < 0.0, first, last)
                 yield RunHold(*when, "contact", structure, name, words, _place(samples.tip[deepest]), depth)
 
 
-def _when(samples: Samples, time: Array, first: int, last: int) -> tuple[float, float]:
-    begin = float(time[first] - samples.period_s[first])
-    return begin, float(time[last]) - begin
+def _when(samples: Samples, time: Array, active: BoolArray, first: int, last: int) -> tuple[float, float, float]:
+    """``t_s``, ``duration_s`` and ``held_s`` of a hold."""
+    begin, span = float(time[first] - samples.period_s[first]), slice(first, last + 1)
+    return begin, float(time[last]) - begin, float(samples.period_s[span][active[span]].sum())
 
 
 def _place(point: Array) -> tuple[float, float, float]:

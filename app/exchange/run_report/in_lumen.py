@@ -132,10 +132,10 @@ def _figures(runs: Sequence[RunToReport], shown: Sequence[ReportedRun]) -> list[
 def _holds(runs: Sequence[RunToReport], shown: Sequence[ReportedRun]) -> tuple[HoldRow, ...]:
     """All holds, the longest first."""
     found = [(hold, run.label) for one, run in zip(runs, shown, strict=True) for hold in one.lumen_holds]
-    found.sort(key=lambda pair: -pair[0].duration_s)
+    found.sort(key=lambda pair: -pair[0].held_s)
     return tuple(
         HoldRow(
-            (label, f"{hold.t_s:.1f} s", f"{hold.duration_s:.2f} s", hold.reason[:1].upper() + hold.reason[1:],
+            (label, f"{hold.t_s:.1f} s", f"{hold.held_s:.2f} s", hold.reason[:1].upper() + hold.reason[1:],
              _place(hold.place))
         )
         for hold, label in found

@@ -205,10 +205,10 @@ def speed_of(series: RunSeries) -> Array:
 def _holds(runs: Sequence[RunToReport], shown: Sequence[ReportedRun]) -> tuple[HoldRow, ...]:
     """All holds and contacts, the longest first."""
     found = [(hold, run.label) for one, run in zip(runs, shown, strict=True) for hold in one.holds]
-    found.sort(key=lambda pair: -pair[0].duration_s)
+    found.sort(key=lambda pair: -pair[0].held_s)
     return tuple(
         HoldRow(
-            (label, f"{hold.t_s:.1f} s", f"{hold.duration_s:.2f} s", hold.reason[:1].upper() + hold.reason[1:],
+            (label, f"{hold.t_s:.1f} s", f"{hold.held_s:.2f} s", hold.reason[:1].upper() + hold.reason[1:],
              " ".join(side(value, axis) for axis, value in enumerate(hold.place))),
             hold.kind == "contact",
         )

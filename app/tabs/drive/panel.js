@@ -6,10 +6,12 @@ import { fixed } from "/static/js/format.js";
 import { ownsSpace } from "/static/js/keys.js";
 import { fixedLayout, isTrial, trialWords } from "/static/js/led-study.js";
 import { ENLARGE, LAID_OUT } from "/static/js/layout.js";
-import { draw, hintLine, html, live, nothing, said, titled } from "/static/js/template.js";
+import { draw, hintLine, html, live, more, nothing, said, titled } from "/static/js/template.js";
 import { forceSound } from "/static/js/endoscope/force-sound.js";
+import { LEAST_N, RED_N } from "/static/js/endoscope/guidance-arc.js";
 import { snakeAxes } from "./axes.js";
 import { controlGroup } from "./control.js";
+import { LIMIT_WORDS, cautions } from "./limits.js";
 import { ToolButton } from "./tool-button.js";
 import { SnakeStatus } from "./status.js";
 import { taskGroup } from "./task.js";
@@ -23,6 +25,11 @@ const LIVE = ["ready", "running", "paused"];
 /** @type {Record<string, string | undefined>} */
 const STATE_WORDS = { absent: "Not in place yet.", ready: "At the entry.", running: "Running.", paused: "Paused where it is." };
 const RINGS = "Pink rings are polyps and labels that were put on the route by hand or by seed; behind a fold they are faint.";
+const ARCS = "Arcs on the picture’s rim are forces on your hand. The thick one guides you off the wall at that side; "
+  + "the thin one inside it is the resistance to a fast hand, at the side to which it goes.";
+/** With the colours of the arcs. */
+const ARCS_HELP = html`${ARCS} <span class="arc-key amber">Amber: from ${fixed(LEAST_N, 1)} N</span> <span class="arc-key red">Red: from ${fixed(RED_N, 0)} N</span>`;
+const LIMITED = ["Deviation", "Behind wall"]; // figures with a limit
 /** @type {Record<DeviceKind, string>} */
 const NAMES = { mouse: "Mouse", keys: "Keys", gamepad: "Gamepad", "space-mouse": "SpaceMouse" };
 
@@ -34,7 +41,7 @@ export default class DrivePanel {
     this.tool = new ToolButton(connection, keys);
     this.devices = new HandDevices(keys, (axes) => connection.send("axes", snakeAxes(axes, this.devices.kind, this.devices.spaceMouse.pressed)));
     this.layout = "";
-    this.endCard = new EndCard(connection, undefined, ({ route }) => route, "robot");
+    this.endCard = new EndCard(connection, undefined, ({ route }) => route, "robot", true);
     this.taskDone = false;
     this.element = h("div", {});
     window.addEventListener(LAID_OUT, (event) => {
@@ -61,14 +68,14 @@ export default class DrivePanel {
     const runs = Boolean(rehearsal?.mine) && rehearsal?.state === "running";
     this.endCard.update(this.connection.state);
     this.finishTask(runs && Boolean(task?.now?.completed || task?.labels?.completed));
-    draw(this.element, html`${this.endCard.element}
+    draw(this.element, html`<div class="panel-bar drive-bar" role="group" aria-label="Drive">${this.drive(rehearsal, route, trial)}</div>
+      ${this.endCard.element}
       ${trial ? html`<div class="group"><h2 id="trial-head">${trialWords(state)}</h2></div>` : nothing}
       <div class="group" id="arms">${controlGroup(this.connection, options, snake, runs)}</div>
       <div class="group" id="task">${taskGroup(this.connection, task)}</div>
-      <div class="group">${titled("Drive", null, this.drive(rehearsal, route, trial))}</div>
       <div class="group">${titled("Robot", null, snake ? figures(snake) : html`<p class="words">Appears at the entry.</p>`)}${this.camera(rehearsal, snake)}</div>
       <div class="group">${titled("Handle", null, this.handle(rehearsal))}</div>
-      <div class="group" id="devices">${titled("Device", null, this.device())}</div>
+      <div class="group" id="devices">${titled("Device", null, this.device(snake))}</div>
       <div class="group">${titled("View", null, this.views(snake, Boolean(fixedLayout(state))))}</div>
       <div class="group">${snake?.fixed || trial ? nothing : tissueGroup(this.connection, route, Boolean(snake))}</div>`);
   }
@@ -97,25 +104,27 @@ export default class DrivePanel {
   }
 
   /**
+   * What starts, pauses and ends the robot, always in sight.
    * @param {ViewModel["rehearsal"]} rehearsal
    * @param {RouteSection | null | undefined} route
    * @param {boolean} trial of a study, which has no second beginning
    */
   drive(rehearsal, route, trial) {
     const { state = "absent", words, mine, can_take, unrecorded } = rehearsal ?? {};
-    const running = state === "running", silent = state === "silent", stands = onBase(this.connection.state);
+    const running = state === "running", silent = state === "silent";
     const narrow = route && tooNarrow(this.connection.state.route_path, route);
     const startable = Boolean(route?.entry && route.end) && !narrow && (mine || can_take) && !["starting", "silent"].includes(state);
     const caution = silent || state === "failed" || Boolean(words && LIVE.includes(state));
-    return html`<p class=${caution ? "words caution" : "words"} id="drive-words" role="status">${said(words || STATE_WORDS[state] || "")}</p>
-      ${narrow ? this.narrow(narrow) : nothing}
-      <p class="words caution" id="unrecorded" ?hidden=${!unrecorded}>${unrecorded ? said(`Not recorded: ${unrecorded}`) : nothing}</p>
-      <div class="buttons even">
+    return html`<div class="buttons even">
         <button type="button" class="primary" id="start" ?disabled=${!running && !startable}
           @click=${() => this.connection.send(running ? "rehearsal.pause" : "rehearsal.start")}>${running ? "Pause" : state === "paused" ? "Continue" : "Start"}</button>
+        ${this.endCard.finishButton(rehearsal ?? {})}
         <button type="button" id="reset" ?disabled=${!(mine && !trial && LIVE.includes(state)) && !silent}
           @click=${() => this.connection.send(silent ? "rehearsal.end" : "rehearsal.reset")}>${silent ? "End process" : "Reset"}</button>
-      </div>${hintLine("drive-help", stands ? "Drag or arrow keys turn the camera." : "Wheel or W S insert; drag or arrows turn.", helpOf(stands, this.connection.state.snake))}`;
+      </div>
+      <p class=${caution ? "words caution" : "words"} id="drive-words" role="status">${said(words || STATE_WORDS[state] || "")}</p>
+      ${narrow ? this.narrow(narrow) : nothing}
+      <p class="words caution" id="unrecorded" ?hidden=${!unrecorded}>${unrecorded ? said(`Not recorded: ${unrecorded}`) : nothing}</p>`;
   }
 
   /**
@@ -153,10 +162,13 @@ export default class DrivePanel {
         @click=${() => this.connection.send(mine ? "rehearsal.let_go" : "rehearsal.take")}>${mine ? "Release handle" : "Take handle"}</button>`;
   }
 
-  device() {
-    const { devices } = this, ask = devices.kind === "space-mouse" && devices.spaceMouse.askable;
+  /** @param {SnakeView | null | undefined} snake */
+  device(snake) {
+    const { devices } = this, stands = onBase(this.connection.state), help = html`${helpOf(stands, snake)} ${ARCS_HELP}`;
+    const ask = devices.kind === "space-mouse" && devices.spaceMouse.askable;
     return html`<div class="segmented devices" role="group" aria-label="Device">${DEVICES.map((kind) => html`<button type="button" data-device=${kind}
       aria-pressed=${String(kind === devices.kind)} @click=${() => devices.choose(kind)}>${NAMES[kind]}</button>`)}</div>
+      ${hintLine("drive-help", stands ? "Drag or arrow keys turn the camera." : "Wheel or W S insert; drag or arrows turn.", help)}
       <p class="words" ?hidden=${!devices.source?.trouble}>${said(devices.source?.trouble ?? "")}</p>
       ${ask ? html`<button type="button" class="wide" id="connect-device" @click=${() => devices.spaceMouse.ask()}>Connect SpaceMouse</button>` : nothing}`;
   }
@@ -227,19 +239,20 @@ function deepestWords({ deepest }) {
 
 /** @param {SnakeView} snake */
 function figures(snake) {
-  const { nearest } = snake;
+  const { nearest } = snake, near = cautions(snake);
+  const fact = (/** @type {string} */ term, /** @type {string} */ value, caution = false) => ({ term, value, caution });
   const facts = [
-    ...(snake.fixed ? [["Base", `Fixed, ${snake.links} links`]] : [
-      ["Depth", `${fixed(snake.depth_mm, 0)} of ${fixed(snake.length_mm, 0)} mm`],
-      ...(snake.passed ? [["Past", snake.passed]] : []),
-      ["Links inside", `${snake.links_inside} of ${snake.links}`],
+    ...(snake.fixed ? [fact("Base", `Fixed, ${snake.links} links`)] : [
+      fact("Depth", `${fixed(snake.depth_mm, 0)} of ${fixed(snake.length_mm, 0)} mm`),
+      ...(snake.passed ? [fact("Past", snake.passed)] : []),
+      fact("Links inside", `${snake.links_inside} of ${snake.links}`),
     ]),
-    ["Deviation", nearest ? `${fixed(nearest.deviation_mm, 1)} of ${fixed(nearest.bound_mm, 1)} mm, link ${nearest.link}` : "–"],
-    ...(snake.deepest ? [["Behind wall", deepestWords(snake)]] : []),
-    ...(snake.lens_mm === null ? [] : [["Lens to wall", snake.lens_mm < 0 ? `${fixed(-snake.lens_mm, 1)} mm behind` : `${fixed(snake.lens_mm, 1)} mm`]]),
-    ["Bend", snake.straight ? "Straight" : `${fixed(100 * snake.bend, 0)} % of the most`],
+    fact("Deviation", nearest ? `${fixed(nearest.deviation_mm, 1)} of ${fixed(nearest.bound_mm, 1)} mm, link ${nearest.link}` : "–", near.deviation),
+    ...(snake.deepest ? [fact("Behind wall", deepestWords(snake), near.behind)] : []),
+    ...(snake.lens_mm === null ? [] : [fact("Lens to wall", snake.lens_mm < 0 ? `${fixed(-snake.lens_mm, 1)} mm behind` : `${fixed(snake.lens_mm, 1)} mm`)]),
+    fact("Bend", snake.straight ? "Straight" : `${fixed(100 * snake.bend, 0)} % of the most`),
   ];
   const part = snake.length_mm ? Math.min(1, snake.depth_mm / snake.length_mm) : 0;
-  return html`<dl class="facts" id="snake-facts">${facts.map(([term, value]) => html`<dt>${term}</dt><dd>${value}</dd>`)}</dl>
+  return html`<dl class="facts" id="snake-facts">${facts.map(({ term, value, caution }) => html`<dt>${term}${LIMITED.includes(term) ? more(LIMIT_WORDS) : nothing}</dt><dd class=${caution ? "caution" : ""}>${value}</dd>`)}</dl>
     ${snake.fixed ? nothing : html`<div class="progress"><div style=${`width: ${(100 * part).toFixed(1)}%`}></div></div>`}`;
 }

@@ -52,10 +52,13 @@ class BehindWallView(TypedDict):
 
 
 class DeepestLinkView(TypedDict):
-    """The link that is deepest behind the wall, by its number from the base; 0 mm and 0 where none is."""
+    """The link that is deepest behind the wall, by its number from the base, and its bound; 0 mm, 0 and None where none
+    is.
+    """
 
     depth_mm: float
     link: int
+    bound_mm: float | None
 
 
 class SnakeView(TypedDict):
@@ -99,10 +102,11 @@ class SnakeView(TypedDict):
 
 
 class TaskPolypView(TypedDict):
-    """A polyp that was not viewed for long enough yet. at: its middle now, LPS mm; colour: 0, blue, to 1, yellow."""
+    """A polyp. at: its middle now, LPS mm; colour: 0, blue, to 1, yellow; cleared: it was viewed for long enough."""
 
     at: Position
     colour: float
+    cleared: bool
 
 
 class PolypSeenView(TypedDict):
@@ -113,7 +117,7 @@ class PolypSeenView(TypedDict):
 
 
 class TaskNowView(TypedDict):
-    """Study I of this drive. polyps: those that are left, of so many.
+    """Study I of this drive. polyps: all of them, so many, in the order of their numbers; cleared: how many are.
 
     held_s: for how long what is aimed at is viewed, of hold_s. frame_deg: half the opening of the aiming frame. end_mm:
     of the tip, where the task ends; end_name: of the landmark there. viewable_share: of the wall there, None if nobody

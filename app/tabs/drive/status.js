@@ -1,9 +1,8 @@
 // What the status bar says of the snake robot: depth, the landmark that it passed, the link nearest to its bound, how deep the deepest one is behind the wall, force, and what holds it.
 import { holdingWords, reading } from "/static/js/status.js";
+import { LIMIT_WORDS, cautions } from "./limits.js";
 
 /** @import { ViewModel } from "/static/js/types.js" */
-
-const NEAR_SHARE = 0.9; // of a bound: from there on it is a caution
 
 export class SnakeStatus {
   constructor() {
@@ -14,6 +13,7 @@ export class SnakeStatus {
     this.behind = reading("Behind wall", "minor");
     this.force = reading("Force");
     this.holding = reading("Held by", "fill");
+    for (const { element } of [this.deviation, this.behind]) element.title = LIMIT_WORDS;
     this.elements = [this.depth, this.passed, this.deviation, this.bound, this.behind, this.force, this.holding].map(({ element }) => element);
   }
 
@@ -28,7 +28,9 @@ export class SnakeStatus {
     this.bound.set(nearest?.bound_mm, 1, "mm");
     this.behind.element.hidden = !snake?.deepest;
     this.behind.set(snake?.deepest?.depth_mm, 1, "mm");
-    this.deviation.element.classList.toggle("caution", Boolean(nearest && nearest.deviation_mm > NEAR_SHARE * nearest.bound_mm));
+    const { deviation, behind } = cautions(snake);
+    this.deviation.element.classList.toggle("caution", deviation);
+    this.behind.element.classList.toggle("caution", behind);
     this.force.set(rehearsal?.force_n, 2, "N");
     this.holding.say(holdingWords(rehearsal ?? {}, "At the entry, not started"));
   }

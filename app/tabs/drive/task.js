@@ -1,13 +1,13 @@
 // The task of a drive: chosen before it starts, and how far it is while it is driven.
 import { fixed } from "/static/js/format.js";
 import { NumberFields } from "/static/js/number-fields.js";
-import { hintLine, html, nothing, said, titled } from "/static/js/template.js";
+import { hintLine, html, nothing, repeat, said, titled } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { DriveTaskView, LabelsNowView, TaskNowView } from "/static/js/types.js" */
 
 const HELP = "Study I of Kwok 2013, with the arm that is chosen above. A polyp counts as viewed while it is in the square frame, 15 ± 7 mm away and within 20° of the "
-  + "picture’s middle; its colour goes from blue to bright yellow as the view gets better. Held for 7 s without a break, it disappears. "
+  + "picture’s middle; its colour goes from blue to bright yellow as the view gets better. Held for 7 s without a break, it is done: a green tick, and a ring where it was. "
   + "The polyps are drawn by the seed where this robot can view them: the first search takes minutes. Reset or Cancel ends the task.";
 const LABELS_HELP = "Study II of Kwok 2013, with the arm that is chosen above, from a fixed base. On each label lies a yellow object along the arrow. While X or the right mouse button "
   + "is held and the marker is at most 2 mm from the object’s near end, it is shortened; at the arrow’s tip the label is done. The way of the tool is drawn in 3D, red where it cuts. "
@@ -42,8 +42,17 @@ export function taskGroup(connection, task) {
 function instructions(now) {
   const end = now?.end_name ? `in the ${now.end_name} colon` : now ? `at ${fixed(now.end_mm, 0)} mm` : "at the end of the way";
   return html`<p class="words">Insert the robot and find the blue polyps.</p>
-    <p class="words">Hold each in the frame, 15 mm away, until it disappears.</p>
+    <p class="words">Hold each in the frame, 15 mm away, until a tick shows.</p>
     ${hintLine("task-end", `The task ends ${end}.`, HELP)}`;
+}
+
+/**
+ * How many are done, ticked; with each one more the line is drawn anew, so that its colour shows it for a moment.
+ * @param {number} done
+ * @param {string} words
+ */
+function count(done, words) {
+  return repeat([done], (number) => number, () => html`<dt class=${done ? "ticked" : ""}>${done ? "✓ " : ""}${words}</dt>`);
 }
 
 function labelWords() {
@@ -56,7 +65,7 @@ function labelWords() {
 function labelProgress({ labels, traced, aimed, cutting, completed, words }) {
   const one = aimed === null ? null : labels[aimed - 1], left = one ? HALF_MM - one.end_mm : 0;
   const state = completed ? "" : !one ? "No label" : left <= 0 ? `Label ${aimed} done` : `Label ${aimed}: ${fixed(left, 0)} mm to go`;
-  return html`<dl class="facts" id="label-facts"><dt>${completed ? "All done" : `${traced} of ${labels.length} done`}</dt><dd class=${cutting ? "cutting" : ""}>${state}</dd></dl>
+  return html`<dl class="facts" id="label-facts">${count(traced, completed ? "All done" : `${traced} of ${labels.length} done`)}<dd class=${cutting ? "cutting" : ""}>${state}</dd></dl>
     <div class="progress"><div style=${`width: ${((100 * traced) / labels.length).toFixed(1)}%`}></div></div>
     ${words ? html`<p class="words caution" role="status">${said(words)}</p>` : nothing}`;
 }
@@ -80,7 +89,7 @@ function progress(now) {
   const { of, cleared, held_s: held, hold_s: hold, viewed, completed } = now;
   const words = completed ? "End reached" : cleared === of ? "All viewed" : `${cleared} of ${of} viewed`; // no number: those in 3D are by place
   const share = hold > 0 ? Math.min(1, held / hold) : 0;
-  return html`<dl class="facts" id="task-facts"><dt>${words}</dt><dd>${viewed ? `${fixed(held, 1)} of ${fixed(hold, hold % 1 ? 1 : 0)} s` : cleared === of || completed ? "" : aside(now.seen)}</dd></dl>
+  return html`<dl class="facts" id="task-facts">${count(cleared, words)}<dd>${viewed ? `${fixed(held, 1)} of ${fixed(hold, hold % 1 ? 1 : 0)} s` : cleared === of || completed ? "" : aside(now.seen)}</dd></dl>
     <div class="progress"><div style=${`width: ${(100 * share).toFixed(1)}%`}></div></div>
     ${now.words ? html`<p class="words caution" role="status">${said(now.words)}</p>` : nothing}`;
 }

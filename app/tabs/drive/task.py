@@ -61,7 +61,7 @@ def task_section(
 
 
 def _task_now(watch: PolypWatch, progress: PolypProgress) -> TaskNowView:
-    task, left = watch.task, _left(progress)
+    task = watch.task
     targets = task.targets(watch.motion, progress.t)
     return {
         "of": len(task.polyps),
@@ -70,7 +70,10 @@ def _task_now(watch: PolypWatch, progress: PolypProgress) -> TaskNowView:
         "seen": _seen(watch, progress),
         "held_s": round(progress.held_s, 2),
         "hold_s": task.hold_s,
-        "polyps": [{"at": place(targets[index]), "colour": round(_colour(progress, index), 3)} for index in left],
+        "polyps": [
+            {"at": place(at), "colour": round(_colour(progress, index), 3), "cleared": _is_cleared(progress, index)}
+            for index, at in enumerate(targets)
+        ],
         "radius_mm": RADIUS_MM,
         "frame_deg": LIMITS.frame_deg,
         "end_mm": round(task.end_mm, 1),
@@ -88,7 +91,7 @@ def _seen(watch: PolypWatch, progress: PolypProgress) -> PolypSeenView | None:
 
 
 def task_layers(watch: TaskWatch[Any] | None) -> list[Layer[Any]]:
-    """The polyps that are left, where the tissue at rest has them; labels, and the tip's way."""
+    """The polyps where the tissue at rest has them; labels, and the tip's way."""
     if isinstance(watch, LabelWatch):
         return label_layers(watch)
     return polyp_layers(watch) if isinstance(watch, PolypWatch) else []
@@ -100,15 +103,23 @@ def polyp_layers(watch: PolypWatch) -> list[Layer[Any]]:
         return []
     rest = watch.task.targets()
     shapes = tuple(
-        MarkShape(f"task{index + 1}", str(index + 1), _triple(rest[index]), RADIUS_MM, _shade(_colour(progress, index)))
-        for index in _left(progress)
+        MarkShape(f"task{index + 1}", _name(progress, index), _triple(at), RADIUS_MM, _shown_colour(progress, index))
+        for index, at in enumerate(rest)
     )
     return [Layer("drive.polyps", shapes, MarkNodes, lambda nodes: nodes.show(shapes), Same(watch))]
 
 
-def _left(progress: PolypProgress) -> list[int]:
-    """Indices of the polyps that have not disappeared."""
-    return [index for index, viewing in enumerate(progress.viewings) if viewing.cleared_t is None]
+def _is_cleared(progress: PolypProgress, index: int) -> bool:
+    return progress.viewings[index].cleared_t is not None
+
+
+def _name(progress: PolypProgress, index: int) -> str:
+    """The number of a polyp along the way, ticked once it is cleared."""
+    return f"{index + 1} ✓" if _is_cleared(progress, index) else str(index + 1)
+
+
+def _shown_colour(progress: PolypProgress, index: int) -> tuple[int, int, int]:
+    return palette.DONE if _is_cleared(progress, index) else _shade(_colour(progress, index))
 
 
 def _colour(progress: PolypProgress, index: int) -> float:

@@ -48,7 +48,7 @@ def snake_section(now: SnakeRecord, shown: bool = False) -> SnakeView | None:
         "joint": snapshot.hand_joint,
         "yield_mm_per_s_per_n": drive.yield_mm_per_s_per_n if drive.arm == "guided" else 0.0,
         "behind": behind_wall(prepared.path, drive),
-        "deepest": None if prepared.wall is None else _deepest(prepared.wall, snapshot),
+        "deepest": None if prepared.wall is None else deepest_link(prepared.wall, snapshot),
         "steered": drive.control == "parameterised",
         "shown": shown,
         "lens_mm": None if prepared.wall is None else round(prepared.wall.lens_mm(snapshot.camera), 1),
@@ -81,9 +81,12 @@ def behind_wall(path: RoutePath, drive: DriveSettings) -> BehindWallView | None:
     }
 
 
-def _deepest(wall: RobotWall, snapshot: SnakeSnapshot) -> DeepestLinkView:
+def deepest_link(wall: RobotWall, snapshot: SnakeSnapshot) -> DeepestLinkView:
+    """The link that is deepest behind the wall, at most a moment ago, with its bound now."""
     found = wall.deepest(snapshot)
-    return {"depth_mm": round(found.mm, 1), "link": found.link}
+    bound = float(snapshot.bounds[found.link - 1]) if found.link else math.inf
+    known = math.isfinite(bound)  # a link that is out again since it was measured has none
+    return {"depth_mm": round(found.mm, 1), "link": found.link, "bound_mm": round(bound, 2) if known else None}
 
 
 def _nearest(snapshot: SnakeSnapshot) -> LinkView | None:

@@ -261,7 +261,7 @@ export default class ReviewPanel {
       ${unplayed ? html`<p class="words caution" role="status">No replay: ${unplayed}</p>` : nothing}
       ${resultLine(view, this.connection.state, run, score)}
       ${scoreFacts(view.facts(score))}
-      ${holds.length ? html`<h3>${score.certified ? "Held" : "Contacts"}</h3>${holdList(holds, ({ t_s: at }) => this.goTo(at), null)}` : nothing}
+      ${holds.length ? html`<h3>${score.certified ? "Held" : "Contacts"}</h3>${holdList(score, ({ t_s: at }) => this.goTo(at), null)}` : nothing}
       ${view.learning ? learningPart(last, teacher, this.curve) : nothing}
       ${run.plan_id === null || !view.learning ? nothing : html`<label class="check" title="Learning curves of this plan show its level"><input type="checkbox" id="teacher-run" .checked=${live(run.teacher)}
         @change=${() => this.mark(run, !run.teacher)}>The teacher’s run</label>`}

@@ -5,7 +5,7 @@ import { h } from "./dom.js";
 import { jobWatch } from "./jobs.js";
 import { LearningCurve } from "./learning-curve.js";
 import { openRun } from "./open-run.js";
-import { feltHolds, holdList, learningPart, modeLine, scoreFacts } from "./run-score.js";
+import { holdList, learningPart, modeLine, scoreFacts } from "./run-score.js";
 import { jobNow } from "./rest.js";
 import { resultLine, viewOf } from "./run-views.js";
 import { UNCERTIFIED, drivenAs, isUncertified, lastOf, modeWord, otherModes, runsOf, saveReport, scoreOf, teacherOf } from "./runs.js";
@@ -26,12 +26,14 @@ export class EndCard {
    * @param {() => void} [start] the next run
    * @param {(state: ViewModel) => { id: string } | null | undefined} [driven] the plan or route that is driven
    * @param {string} [thing] that is driven, in words
+   * @param {boolean} [apart] the panel has the `finishButton` elsewhere
    */
-  constructor(connection, start = () => connection.send("rehearsal.start"), driven = ({ plan }) => plan, thing = "tool") {
+  constructor(connection, start = () => connection.send("rehearsal.start"), driven = ({ plan }) => plan, thing = "tool", apart = false) {
     this.connection = connection;
     this.start = start;
     this.of = driven;
     this.thing = thing;
+    this.apart = apart;
     this.element = h("div", { class: "group", id: "end-card", hidden: true });
     this.curve = new LearningCurve();
     /** @type {string | null} the plan that it is about */
@@ -131,18 +133,28 @@ export class EndCard {
   /** @param {Now} now */
   render(now) {
     const { ended, driving } = this;
-    const finish = driving && now.mine;
+    const finish = !this.apart && driving && now.mine;
     this.element.hidden = !finish && !ended && !this.waiting && !this.trouble;
     if (this.element.hidden) return;
     draw(this.element, ended && !driving ? this.result(ended) : html`${titled("This run", null, html`
       ${this.waiting ? html`<p class="words" role="status">Scoring the run …</p>` : nothing}
       ${this.trouble ? html`<p class="words caution" role="status">No score: ${this.trouble}</p>` : nothing}
       ${finish ? html`<p class="words">${now.path_done ? "At the end of the path." : `Ends where the ${this.thing} is.`}</p>
-        <button type="button" class=${now.path_done ? "primary wide" : "wide"} id="finish-run" data-command="rehearsal.end" title="End this run and score it" @click=${this.finish}>Finish run</button>` : nothing}`)}`);
+        ${this.finishButton(now, now.path_done ? "primary wide" : "wide")}` : nothing}`)}`);
     if (!ended) return;
     this.curve.show(lastOf(ended.runs, drivenAs(ended.run) ?? ""), ended.teacher);
     if (this.fresh) this.element.scrollIntoView({ block: "start" });
     this.fresh = false;
+  }
+
+  /**
+   * What ends a run in the window that drives; nothing elsewhere.
+   * @param {Now} now
+   * @param {string} [look] classes
+   */
+  finishButton(now, look = "") {
+    if (!this.driving || !now.mine) return nothing;
+    return html`<button type="button" class=${look} id="finish-run" data-command="rehearsal.end" title="End this run and score it" @click=${this.finish}>Finish run</button>`;
   }
 
   finish = async () => {
@@ -182,7 +194,7 @@ export class EndCard {
       ${this.criteria(run.id)}
       ${resultLine(view, this.connection.state, run, score)}
       ${scoreFacts(view.facts(score))}
-      ${holdList(feltHolds(score), ({ t_s: at }) => openRun(this.connection, { run: run.id, at }))}
+      ${holdList(score, ({ t_s: at }) => openRun(this.connection, { run: run.id, at }))}
       ${view.learning ? learningPart(last, teacher, this.curve) : nothing}
       ${others.length ? html`<ul class="other-modes" aria-label="Other ${view.how}s">${others.map((other) => html`<li>
         <button type="button" class="plain" title="Compare with this run" @click=${() => openRun(this.connection, { run: run.id, compare: [other.id] })}><span>${modeWord(drivenAs(other))}${isUncertified(other) ? html` <span class="pill">${UNCERTIFIED}</span>` : nothing}</span><span class="number">${view.brief(other.score)}</span>${other.score && view.certificate(other.score) ? html`<span class="certified-of">${view.certificate(other.score)}</span>` : nothing}</button></li>`)}</ul>` : nothing}

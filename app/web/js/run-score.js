@@ -10,6 +10,7 @@ const MOST_HOLDS = 5, MOST_UNFOLDED = 12;
 const PLANNING = "planning"; // the kind of a hold by the computer, not by the lumen
 /** @type {Record<string, string>} */
 const HELP = {
+  "Time driven": "Counts while the robot is led; with polyps always, but for pauses.",
   Smoothness: "Spectral arc length; 0 is smoothest. Compare equal tasks only.",
   "Deviation, largest": "How far the last links were outside the pathway.",
 };
@@ -76,37 +77,50 @@ export function learningPart(last, teacher, curve) {
  * @param {{ holds: HoldPublic[] }} score
  */
 export function feltHolds({ holds }) {
-  return holds.filter(({ kind, duration_s: length }) => kind === "contact" || length >= SHORTEST_S).sort((a, b) => b.duration_s - a.duration_s);
+  return holds.filter(isFelt).sort((a, b) => b.held_s - a.held_s);
+}
+
+/** @param {HoldPublic} hold */
+function isFelt({ kind, duration_s: length }) {
+  return kind === "contact" || length >= SHORTEST_S;
 }
 
 /**
- * The lines of a list of holds: those by the computer as one, with their number and total.
+ * The lines of a list of holds: those by the computer as one, with their number and total. What was held is counted as in
+ * the score, without the interruptions of a hold.
  * @param {HoldPublic[]} holds
  * @returns {{ hold: HoldPublic, words: string, length_s: number }[]}
  */
 export function holdLines(holds) {
   const planning = holds.filter(({ kind }) => kind === PLANNING);
   return holds.flatMap((hold) => {
-    if (hold.kind !== PLANNING) return [{ hold, words: sentence(hold.reason), length_s: hold.duration_s }];
+    if (hold.kind !== PLANNING) return [{ hold, words: sentence(hold.reason), length_s: hold.held_s }];
     if (hold !== planning[0]) return [];
     const times = planning.length > 1 ? `, ${planning.length} times` : "";
-    return [{ hold, words: `Waiting for the computer${times}`, length_s: planning.reduce((sum, { duration_s: length }) => sum + length, 0) }];
+    return [{ hold, words: `Waiting for the computer${times}`, length_s: inAll(planning) }];
   });
 }
 
+/** @param {Iterable<HoldPublic>} holds s */
+function inAll(holds) {
+  return [...holds].reduce((sum, { held_s: held }) => sum + held, 0);
+}
+
 /**
- * A list of holds, or of contacts of a free hand; each is a button that goes there.
- * @param {HoldPublic[]} holds
+ * A list of holds, or of contacts of a free hand; each is a button that goes there. Its times add up to those of the score.
+ * @param {{ holds: HoldPublic[] }} score
  * @param {(hold: HoldPublic) => void} open
  * @param {number | null} [most] the others are in Review; null: in Review, where they are folded
  */
-export function holdList(holds, open, most = MOST_HOLDS) {
-  const lines = holdLines(holds), shown = most ?? MOST_UNFOLDED;
-  if (!lines.length) return nothing;
+export function holdList(score, open, most = MOST_HOLDS) {
+  const lines = holdLines(feltHolds(score)), shown = most ?? MOST_UNFOLDED;
+  const unfelt = score.holds.filter((hold) => !isFelt(hold)), rest = lines.slice(shown).reduce((sum, { length_s: length }) => sum + length, 0);
+  const brief = inAll(unfelt) < SHORTEST_S ? nothing : html`<p class="words quiet">Brief holds: ${unfelt.length}, ${duration(inAll(unfelt))}</p>`; // less is none in tenths
+  if (!lines.length) return brief;
   const list = (/** @type {ReturnType<typeof holdLines>} */ of) => html`<ul class="run-holds" aria-label="Holds">${of.map(({ hold, words, length_s: length }) => html`<li>
     <button type="button" class="plain" title="Show this moment" @click=${() => open(hold)}><span>${words}</span><span class="number">${duration(length)}</span></button></li>`)}</ul>`;
   const left = lines.length - shown;
-  if (left <= 0) return list(lines);
+  if (left <= 0) return html`${list(lines)}${brief}`;
   return html`${list(lines.slice(0, shown))}${most === null
-    ? html`<details class="folded"><summary>${left} more</summary>${list(lines.slice(shown))}</details>` : html`<p class="words quiet">${left} more in Review.</p>`}`;
+    ? html`<details class="folded"><summary>${left} more</summary>${list(lines.slice(shown))}</details>` : html`<p class="words quiet">${left} more in Review, ${duration(rest)}</p>`}${brief}`;
 }

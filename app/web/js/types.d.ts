@@ -1306,10 +1306,14 @@ export interface BehindWallView {
   between_mm: number;
 }
 
-/** The link that is deepest behind the wall, by its number from the base; 0 mm and 0 where none is. */
+/**
+ * The link that is deepest behind the wall, by its number from the base, and its bound; 0 mm, 0 and None where none
+ * is.
+ */
 export interface DeepestLinkView {
   depth_mm: number;
   link: number;
+  bound_mm: number | null;
 }
 
 /**
@@ -1349,7 +1353,7 @@ export interface DriveTaskView {
 }
 
 /**
- * Study I of this drive. polyps: those that are left, of so many.
+ * Study I of this drive. polyps: all of them, so many, in the order of their numbers; cleared: how many are.
  *
  * held_s: for how long what is aimed at is viewed, of hold_s. frame_deg: half the opening of the aiming frame. end_mm:
  * of the tip, where the task ends; end_name: of the landmark there. viewable_share: of the wall there, None if nobody
@@ -1379,10 +1383,11 @@ export interface PolypSeenView {
   angle_deg: number;
 }
 
-/** A polyp that was not viewed for long enough yet. at: its middle now, LPS mm; colour: 0, blue, to 1, yellow. */
+/** A polyp. at: its middle now, LPS mm; colour: 0, blue, to 1, yellow; cleared: it was viewed for long enough. */
 export interface TaskPolypView {
   at: [number, number, number];
   colour: number;
+  cleared: boolean;
 }
 
 /**
@@ -2293,10 +2298,15 @@ export interface HeldPublic {
   time_s: number;
 }
 
-/** A time in which something held the tool, or touched it in a free hand (kind 'contact'); place in LPS mm. */
+/**
+ * A time in which something held the tool, or touched it in a free hand (kind 'contact'); place in LPS mm.
+ *
+ * held_s: of duration_s without interruptions, which are up to 0.3 s each.
+ */
 export interface HoldPublic {
   t_s: number;
   duration_s: number;
+  held_s: number;
   kind: string;
   structure: string;
   part: string;

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from app.scene import palette
 from app.scene.floor import BELOW_MM, FloorNodes, floor_picture, footprint
 from app.scene.labels import SceneLabels
 from app.scene.plan import GHOST_RADIUS_MM, GhostNodes
 from app.scene.regions import PLACE_RADIUS_MM, DrawingNodes
-from app.scene.task_labels import LabelNodes, LabelShape
+from app.scene.task_labels import RADIUS_MM, LabelNodes, LabelShape
 from vfix_engine.robots import Visual
 
 
@@ -122,7 +124,13 @@ def test_labels_of_a_task_go_with_their_numbers() -> None:
     way, red = np.array([[0.0, 0.0, 9.0], [1.0, 0.0, 9.0], [2.0, 0.0, 9.0]]), np.array([False, False, True])
     nodes.show(shapes, way, red)
     nodes.show(shapes, way, red)
-    assert [label.text for label in labels.shown()] == ["1", "2"]
+    assert [(label.text, label.kind) for label in labels.shown()] == [("1", "bead inside"), ("2", "bead inside")]
+    rims = len(scene.nodes["/drive/labels/rims"].points)
+    nodes.show((shapes[0], replace(shapes[1], end_mm=10.0)), way, red)
+    assert [label.text for label in labels.shown()] == ["1", "2 ✓"]
+    assert len(scene.nodes["/drive/labels/rims"].points) == rims // 2
+    assert np.abs(scene.nodes["/drive/labels/done"].points[..., 1] - 40.0).max() <= RADIUS_MM + 1e-6
+    assert scene.nodes["/drive/labels/done"].colors == palette.DONE
     assert scene.nodes["/drive/labels/cut/0"].points.tolist() == [[[1.0, 0.0, 9.0], [2.0, 0.0, 9.0]]]
     nodes.remove()
     assert labels.shown() == []

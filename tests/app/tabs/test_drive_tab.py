@@ -270,7 +270,7 @@ def test_the_share_behind_the_wall_stands_beside_certified(
     assert shown["behind"]["depth_mm"] == pytest.approx(path.reach.behind_wall.depth_mm[-1], abs=1e-2)
     assert shown["behind"]["bound_mm"] == pytest.approx(path.bound_mm(path.settings), abs=1e-2)
     assert 0.0 < shown["behind"]["bound_mm"] <= BOUND_MM
-    assert shown["deepest"] == {"depth_mm": 0.0, "link": 0}  # at the entry no link is inside
+    assert shown["deepest"] == {"depth_mm": 0.0, "link": 0, "bound_mm": None}  # at the entry no link is inside
     assert 0.0 <= shown["behind"]["between_mm"] - path.snake.between_vertices_mm(100) < 0.01
 
 

@@ -70,7 +70,10 @@ def test_polyps_of_the_route_are_viewed_held_and_cleared_as_the_run_says(
     assert max(polyp["colour"] for polyp in seen["polyps"]) > 0.0
     client.tab.handle_now(STOP)
     client.until(lambda shown: shown["drive_task"]["now"]["cleared"] == 2)
-    assert client.shown()["drive_task"]["now"]["polyps"] == []
+    cleared = client.shown()["drive_task"]["now"]["polyps"]
+    assert [polyp["cleared"] for polyp in cleared] == [True, True]
+    assert [polyp["at"] for polyp in cleared] == [polyp["at"] for polyp in now["polyps"]]
+    assert not any(polyp["cleared"] for polyp in now["polyps"])
     assert other.shown()["drive_task"]["now"] == client.shown()["drive_task"]["now"]
     client.until(lambda shown: shown["drive_task"]["now"]["completed"], INSERT)
     watch = client.tab.now.prepared.task  # type: ignore[union-attr]

@@ -192,7 +192,8 @@ def test_holds_have_their_reason(runs: dict[str, Run]) -> None:
         assert one.part
         assert one.reason == f"{one.part} at its bound"
         assert one.structure == "lumen"
-    assert sum(one.duration_s for one in holds) >= score_lumen_run(runs["certified"]).held_s - 1e-9
+    assert sum(one.held_s for one in holds) == pytest.approx(score_lumen_run(runs["certified"]).held_s)
+    assert all(0.0 < one.held_s <= one.duration_s + 1e-9 for one in holds)
     assert all(a.t_s + a.duration_s <= b.t_s + 1e-9 for a, b in itertools.pairwise(holds))
 
 

@@ -41,7 +41,8 @@ def _hold(samples: LumenSamples, first: int, last: int) -> RunHold:
     limit, link = LIMITS[samples.limit[first]], int(samples.limit_link[first])
     part = f"link {link}" if link else ""
     words = UNKNOWN_WORDS if limit is None else f"{part} at its bound" if part else _WORDS[limit]
-    begin = float(samples.t[first] - samples.period_s[first])
+    begin, span = float(samples.t[first] - samples.period_s[first]), slice(first, last + 1)
+    held = float(samples.period_s[span][samples.held[span]].sum())
     x, y, z = (float(value) for value in samples.tip[first])
     structure = _STRUCTURE if limit in ("bound", "tissue", "end") else ""
-    return RunHold(begin, float(samples.t[last]) - begin, limit or "", structure, part, words, (x, y, z))
+    return RunHold(begin, float(samples.t[last]) - begin, held, limit or "", structure, part, words, (x, y, z))

@@ -1,18 +1,25 @@
-// The plan laid over the picture: the path as a ribbon, targets as rings. What tissue hides is drawn again, faint.
+// The plan laid over the picture: the path as a ribbon, targets as rings; and what a task has done with, as rings with a
+// tick at first. What tissue hides is drawn again, faint.
 import { NEAR } from "./lens.js";
 import { arrayOf, programOf } from "./programs.js";
-import { INK_FRAGMENT, LINE_VERTEX, RING_FRAGMENT, RING_VERTEX } from "./shaders.js";
+import { INK_FRAGMENT, LINE_VERTEX, RING_FRAGMENT, RING_VERTEX, TICK_FRAGMENT } from "./shaders.js";
 /** @import { Lens } from "./lens.js" */
+/** @import { Program } from "./programs.js" */
 /** @import { Triple } from "../slices/grid.js" */
+
+/** @typedef {ReturnType<typeof arrayOf> & { count: number }} Places */
 
 const PATH_PX = 2.5; // widths and sizes in a picture of USUAL_PX
 const RING_PX = 16;
+const TICK_PX = 44;
 const USUAL_PX = 400;
 const [HIDDEN, SEEN] = [0.3, 0.95];
 /** @type {Triple} */
 const PATH_INK = [0.43, 0.7, 0.95]; // as in scene and slices
 /** @type {Triple} */
 const TARGET_INK = [0.9, 0.56, 0.82];
+/** @type {Triple} */
+const DONE_INK = [0.33, 0.8, 0.51];
 
 export class PlanOverlay {
   /** @param {WebGL2RenderingContext} gl */
@@ -20,10 +27,15 @@ export class PlanOverlay {
     this.gl = gl;
     this.line = programOf(gl, LINE_VERTEX, INK_FRAGMENT);
     this.ring = programOf(gl, RING_VERTEX, RING_FRAGMENT);
-    /** @type {(ReturnType<typeof arrayOf> & { count: number }) | null} */
+    this.tick = programOf(gl, RING_VERTEX, TICK_FRAGMENT);
+    /** @type {Places | null} */
     this.path = null;
-    /** @type {(ReturnType<typeof arrayOf> & { count: number }) | null} */
+    /** @type {Places | null} */
     this.targets = null;
+    /** @type {Places | null} */
+    this.done = null;
+    /** @type {Places | null} done just now */
+    this.fresh = null;
   }
 
   /**
@@ -33,10 +45,29 @@ export class PlanOverlay {
   set(path, targets) {
     const { gl } = this;
     this.path?.remove();
-    this.targets?.remove();
     const { vertices, corners } = ribbons(path);
     this.path = corners.length ? { ...arrayOf(gl, vertices, [[3, gl.FLOAT, false, 28, 0], [3, gl.FLOAT, false, 28, 12], [1, gl.FLOAT, false, 28, 24]], corners), count: corners.length } : null;
-    this.targets = targets.length ? { ...arrayOf(gl, new Float32Array(targets.flat()), [[3, gl.FLOAT, false, 12, 0]]), count: targets.length } : null;
+    this.targets = this.placesOf(targets, this.targets);
+  }
+
+  /**
+   * @param {Triple[]} done
+   * @param {Triple[]} fresh done just now
+   */
+  setDone(done, fresh) {
+    this.done = this.placesOf(done, this.done);
+    this.fresh = this.placesOf(fresh, this.fresh);
+  }
+
+  /**
+   * @param {Triple[]} places
+   * @param {Places | null} before that they take the place of
+   * @returns {Places | null}
+   */
+  placesOf(places, before) {
+    const { gl } = this;
+    before?.remove();
+    return places.length ? { ...arrayOf(gl, new Float32Array(places.flat()), [[3, gl.FLOAT, false, 12, 0]]), count: places.length } : null;
   }
 
   /**
@@ -44,7 +75,7 @@ export class PlanOverlay {
    * @param {number} size of the picture, px
    */
   draw(lens, size) {
-    const { gl, line, ring, path, targets } = this;
+    const { gl, line, path } = this;
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     gl.depthMask(false);
@@ -57,15 +88,33 @@ export class PlanOverlay {
       gl.bindVertexArray(path.array);
       this.twice(line.at("ink"), PATH_INK, () => gl.drawElements(gl.TRIANGLES, path.count, gl.UNSIGNED_INT, 0));
     }
-    if (targets) {
-      gl.useProgram(ring.program);
-      gl.uniformMatrix4fv(ring.at("toClip"), false, lens.toClip);
-      gl.uniform1f(ring.at("size"), RING_PX * larger);
-      gl.bindVertexArray(targets.array);
-      this.twice(ring.at("ink"), TARGET_INK, () => gl.drawArrays(gl.POINTS, 0, targets.count));
-    }
+    this.points(this.ring, this.targets, RING_PX * larger, TARGET_INK, lens);
+    this.points(this.ring, this.done, RING_PX * larger, DONE_INK, lens);
+    this.points(this.tick, this.fresh, TICK_PX * larger, DONE_INK, lens);
     gl.depthMask(true);
     gl.disable(gl.BLEND);
+  }
+
+  /**
+   * @param {Program} program
+   * @param {Places | null} places
+   * @param {number} size px
+   * @param {Triple} ink
+   * @param {Lens} lens
+   */
+  points({ program, at }, places, size, ink, lens) {
+    if (!places) return;
+    const { gl } = this;
+    gl.useProgram(program);
+    gl.uniformMatrix4fv(at("toClip"), false, lens.toClip);
+    gl.uniform1f(at("size"), size);
+    gl.bindVertexArray(places.array);
+    const draw = () => gl.drawArrays(gl.POINTS, 0, places.count);
+    if (program === this.tick.program) { // over all: a label leans, and would hide half of it
+      gl.depthFunc(gl.ALWAYS);
+      gl.uniform4f(at("ink"), ...ink, SEEN);
+      draw();
+    } else this.twice(at("ink"), ink, draw);
   }
 
   /**

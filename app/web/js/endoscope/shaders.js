@@ -90,15 +90,24 @@ void main() { gl_Position = toClip * vec4(position, 1.0); gl_PointSize = size; }
 export const INK_FRAGMENT = `#version 300 es
 precision mediump float;
 uniform vec4 ink; out vec4 drawn;
+float away(vec2 q, vec2 a, vec2 b) { vec2 way = b - a; return length(q - a - way * clamp(dot(q - a, way) / dot(way, way), 0.0, 1.0)); }
 void main() {
 #ifdef RING
   float r = length(gl_PointCoord - 0.5) * 2.0;
   if (r > 1.0 || (r < 0.68 && r > 0.2)) discard;
 #endif
+#ifdef TICK
+  vec2 q = gl_PointCoord * 2.0 - 1.0;  // to the right and down
+  float arm = min(away(q, vec2(-0.42, 0.02), vec2(-0.12, 0.34)), away(q, vec2(-0.12, 0.34), vec2(0.44, -0.32)));
+  float r = length(q);
+  if (arm > 0.1 && (r > 1.0 || r < 0.84)) discard;
+#endif
   drawn = ink;
 }`;
 
 export const RING_FRAGMENT = INK_FRAGMENT.replace("#version 300 es", "#version 300 es\n#define RING");
+
+export const TICK_FRAGMENT = INK_FRAGMENT.replace("#version 300 es", "#version 300 es\n#define TICK");
 
 /** A ball about a place, lit from the lens. */
 export const BALL_VERTEX = `#version 300 es

@@ -10,8 +10,8 @@ const AROUND = 48; // pieces of a disc
 const [SHAFT_MM, HEAD_MM, OBJECT_MM] = [0.35, 2.2, 0.9]; // half widths, and the length of the head
 /** Towards the camera, so that what lies on a label is drawn before it. @type {[number, number]} */
 const LIFTED_MM = [0.3, 0.6];
-/** Paper, its rim where it is aimed at, ink, and the object. @type {Record<"paper" | "ink" | "object", Triple>} */
-const COLOURS = { paper: [0.9, 0.92, 0.95], ink: [0.1, 0.22, 0.45], object: [1, 0.8, 0.1] };
+/** Paper, the same of a label that is done, ink, and the object: none is the page's blue, and all are read on tissue. @type {Record<"paper" | "done" | "ink" | "object", Triple>} */
+export const COLOURS = { paper: [0.97, 0.95, 0.88], done: [0.5, 0.85, 0.62], ink: [0.12, 0.1, 0.14], object: [1, 0.8, 0.1] };
 const FLOATS = 9; // place, normal, colour
 
 /**
@@ -22,18 +22,18 @@ export function labelTriangles(labels) {
   /** @type {number[]} */
   const corners = [];
   for (const label of labels) {
-    const across = cross(label.normal, label.along);
+    const across = cross(label.normal, label.along), done = label.end_mm >= HALF_MM;
     const at = (/** @type {[number, number]} */ [u, v], lift = 0) => /** @type {Triple} */ (label.centre.map((x, k) => x + u * label.along[k] + v * across[k] + lift * label.normal[k]));
     const add = (/** @type {[number, number][]} */ places, /** @type {Triple} */ colour, /** @type {number} */ lift) => places.forEach((place) => corners.push(...at(place, lift), ...label.normal, ...colour));
     const box = (/** @type {number} */ from, /** @type {number} */ to, /** @type {number} */ half, /** @type {Triple} */ colour, /** @type {number} */ lift) =>
       add([[from, -half], [to, -half], [to, half], [from, -half], [to, half], [from, half]], colour, lift);
     for (let i = 0; i < AROUND; i++) {
       const rim = (/** @type {number} */ k) => /** @type {[number, number]} */ ([RADIUS_MM * Math.cos((2 * Math.PI * k) / AROUND), RADIUS_MM * Math.sin((2 * Math.PI * k) / AROUND)]);
-      add([[0, 0], rim(i), rim(i + 1)], COLOURS.paper, 0);
+      add([[0, 0], rim(i), rim(i + 1)], done ? COLOURS.done : COLOURS.paper, 0);
     }
     box(-HALF_MM, HALF_MM - HEAD_MM, SHAFT_MM, COLOURS.ink, LIFTED_MM[0]);
     add([[HALF_MM - HEAD_MM, -0.7 * HEAD_MM], [HALF_MM, 0], [HALF_MM - HEAD_MM, 0.7 * HEAD_MM]], COLOURS.ink, LIFTED_MM[0]);
-    if (label.end_mm < HALF_MM) box(label.end_mm, HALF_MM, OBJECT_MM, COLOURS.object, LIFTED_MM[1]);
+    if (!done) box(label.end_mm, HALF_MM, OBJECT_MM, COLOURS.object, LIFTED_MM[1]);
   }
   return new Float32Array(corners);
 }

@@ -8,8 +8,6 @@ import { replay } from "../replay.js";
 import { saveBlob } from "../rest.js";
 import { say } from "../said.js";
 import { length, minus } from "../slices/vectors.js";
-import { AimFrame, AimMarker } from "./aim-frame.js";
-import { markerColour } from "./bumps.js";
 import { CameraHand } from "./camera-hand.js";
 import { lensOf } from "./lens.js";
 import { forceSound } from "./force-sound.js";
@@ -21,11 +19,12 @@ import { Renderer } from "./renderer.js";
 import { scopeOf, wallWords } from "./scope.js";
 import { ScopeTools } from "./scope-tools.js";
 import { SurfaceLoader } from "./surface-loader.js";
+import { TaskPicture } from "./task-picture.js";
 
 /** @import { Connection } from "../connection.js" */
 /** @import { ToolPoses } from "../slices/tool-poses.js" */
 /** @import { Triple } from "../slices/grid.js" */
-/** @import { LabelsNowView, ScopeSection, TaskNowView, ViewModel } from "../types.js" */
+/** @import { ScopeSection, ViewModel } from "../types.js" */
 /** @import { Keys } from "../keys.js" */
 /** @import { Lens, LensSettings, ScopePose } from "./lens.js" */
 /** @import { Look } from "./looks.js" */
@@ -57,8 +56,7 @@ export class EndoscopeView {
     this.tools = new ScopeTools(this.canvas, (moves) => this.seenAnew(moves), () => this.save());
     this.hand = new CameraHand(root, this.canvas, connection, page.keys);
     this.arcs = new ForceArcs();
-    this.aim = new AimFrame();
-    this.marker = new AimMarker();
+    this.task = new TaskPicture(() => this.renderer, () => this.schedule());
     this.cues = new NearnessCues();
     this.tools.saveButton.before(...this.cues.buttons);
     this.swapButton = h("button", { type: "button", class: "icon plain scope-swap", id: "scope-swap", onclick: () => page.swap() }, icon("large"));
@@ -81,11 +79,9 @@ export class EndoscopeView {
     /** @type {number | undefined} */
     this.stillTimer = undefined;
     this.changedPlan = whenChanged();
-    this.changedTask = whenChanged();
-    this.changedLabels = whenChanged();
     this.channel = new PoseChannel((pose, row) => this.came(pose, row), (words) => this.told(words));
     this.surface = new SurfaceLoader((data) => this.loaded(data));
-    root.replaceChildren(this.canvas, this.cues.vignette, this.arcs.element, this.aim.element, this.marker.element, this.tools.element, this.swapButton, this.nearness.element, h("p", { class: "scope-foot" }, this.source, this.channelWords), this.surface.element);
+    root.replaceChildren(this.canvas, this.cues.vignette, this.arcs.element, ...this.task.elements, this.tools.element, this.swapButton, this.nearness.element, h("p", { class: "scope-foot" }, this.source, this.channelWords), this.surface.element);
     this.canvas.addEventListener("webglcontextlost", (event) => this.lose(event));
     this.canvas.addEventListener("webglcontextrestored", () => this.recover());
     replay.addEventListener("change", () => this.played());
@@ -130,35 +126,10 @@ export class EndoscopeView {
       this.renderer?.overlay.set(places, targets);
       this.schedule();
     });
-    this.showTask(task);
-    this.showLabels(labels);
+    this.task.show(task, labels);
     const replayed = replayedPose();
     if (!this.driven) this.show(replayed ?? this.plannedPose(state));
     say(this.source, this.driven ? wallWords(state.snake?.lens_mm) : replayed ? "Replayed" : this.pose ? "Planned, not driven" : "");
-  }
-
-  /**
-   * The polyps of a task that are left, and its aiming frame.
-   * @param {TaskNowView | null | undefined} now
-   */
-  showTask(now) {
-    this.aim.show(now);
-    this.changedTask([now?.polyps], () => {
-      if (this.renderer) this.renderer.bumps.all = (now?.polyps ?? []).map(({ at, colour }) => ({ at, radius: now?.radius_mm ?? 0, colour: markerColour(colour) }));
-      this.schedule();
-    });
-  }
-
-  /**
-   * The labels of a task with what is left on them, and the marker on what the picture's middle is on.
-   * @param {LabelsNowView | null | undefined} now
-   */
-  showLabels(now) {
-    this.marker.show(now);
-    this.changedLabels([now?.labels], () => {
-      this.renderer?.labels.set(now?.labels ?? []);
-      this.schedule();
-    });
   }
 
   /** Another moment of a run; only another run needs anything but its pose. */
@@ -227,8 +198,7 @@ export class EndoscopeView {
     this.lost = false;
     this.broken = "";
     this.changedPlan = whenChanged();
-    this.changedTask = whenChanged();
-    this.changedLabels = whenChanged();
+    this.task.forget();
     this.update(this.connection.state);
   }
 
@@ -320,6 +290,7 @@ export class EndoscopeView {
   /** Coarse while it moves, where every pixel costs; in full once it stands. */
   draw() {
     const { renderer, lens } = this;
+    this.task.look(this.driven && lens);
     if (!renderer?.tissue || !lens || !this.visible) return;
     const shown = Math.round(this.canvas.clientWidth * window.devicePixelRatio * pacing.scale);
     const moving = performance.now() - this.movedAt < STILL_MS;

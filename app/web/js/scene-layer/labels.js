@@ -101,7 +101,7 @@ export class SceneLabels {
   }
 
   /**
-   * Where the words of beads stand; those behind the head are left out, but for the chosen one.
+   * Where the words of beads stand; of those on the skin the ones behind the head are left out, but for the chosen one.
    * @param {Three} camera
    * @param {(position: number[]) => number} facing
    */
@@ -109,7 +109,7 @@ export class SceneLabels {
     const entries = this.shown.filter(({ kind }) => isBead(kind));
     const requests = entries.map(({ kind, position, width, height }) => {
       const first = kind === CHOSEN;
-      const at = first || facing(position) > HIDDEN ? this.hooks.project(position, camera) : null;
+      const at = kind !== BEAD || facing(position) > HIDDEN ? this.hooks.project(position, camera) : null;
       /** @type {LabelRequest | null} */
       const request = at && { ...at, width, height, first, away: this.hooks.world(position).distanceTo(camera.position) };
       return request;
@@ -125,12 +125,14 @@ export class SceneLabels {
 }
 
 const LETTER = "letter"; // of a side of the patient
+const BEAD = "bead"; // on the skin
 const CHOSEN = "bead chosen";
+const INSIDE = "bead inside"; // of a lumen, whose wall is seen through
 const RIGHT = "opening right";
 
 /** @param {string} kind */
 function isBead(kind) {
-  return kind === "bead" || kind === CHOSEN;
+  return kind === BEAD || kind === CHOSEN || kind === INSIDE;
 }
 
 /** @param {string} kind */
