@@ -21,14 +21,21 @@ from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.runtime.run import TICKS, Run
 from vfix_engine.runtime.system import SystemSpec
 from vfix_engine.study.holds import holds_of
-from vfix_engine.study.lumen import LumenSeries, lumen_holds_of, lumen_series_of, score_lumen_run
+from vfix_engine.study.lumen import (
+    LumenSeries,
+    TaskReplay,
+    lumen_holds_of,
+    lumen_series_of,
+    score_lumen_run,
+    task_replay,
+)
 from vfix_engine.study.metrics import score_run
 from vfix_engine.study.series import RunSeries, series_of
 from vfix_engine.worlds.registry import WORLDS, spec_of
 from vfix_engine.worlds.rigid.row import PHASES
 from vfix_engine.worlds.snake.row import LIMITS
 
-VERSION = 6  # of the definitions of the score and of a hold
+VERSION = 7  # of the definitions of the score and of a hold
 RATE_HZ = 30.0
 MOST_SAMPLES = 36_000  # of one answer; longer runs have fewer a second
 LUMEN_RATE_HZ, MOST_LUMEN_SAMPLES = 20.0, 12_000  # the same of a robot with many links
@@ -55,6 +62,7 @@ class RunScores:
         self._store, self._runs, self._wall_of = store, runs, wall_of
         self._scores: Cache[str, dict[str, Any]] = Cache(256)
         self._series: Cache[str, bytes] = Cache(4)
+        self._tasks: Cache[str, TaskReplay] = Cache(4)
 
     def of(self, run_id: str) -> dict[str, Any]:
         """`RunScore` or `LumenScore` as plain values, with `holds` and `completed`.
@@ -92,6 +100,22 @@ class RunScores:
         if TICKS not in run.files:
             raise InputError(_NO_SAMPLES)
         return self._series.get(run.id, make)
+
+    def task(self, run_id: str) -> TaskReplay:
+        """The task of a run in a lumen over its time, without a moment where it is of none; takes as long as a score.
+
+        Raises NotFound, and InputError for a run of another world, or where the wall of its task is not at hand.
+        """
+        run = self._runs.get(run_id)
+
+        def make() -> TaskReplay:
+            with self._runs.laid_out(run_id) as place:
+                read = Run.read(place)
+            return task_replay(read, _lumen_rate(read), self._wall_of(run.case_id))
+
+        if TICKS not in run.files:
+            raise InputError(_NO_SAMPLES)
+        return self._tasks.get(run.id, make)
 
     def _make(self, run: StoredRun) -> dict[str, Any]:
         with self._runs.laid_out(run.id) as place:
@@ -133,8 +157,11 @@ def _rigid_series(read: Run, run: StoredRun) -> dict[str, Any]:
 
 
 def _lumen_series(read: Run, run: StoredRun) -> dict[str, Any]:
-    rate = min(LUMEN_RATE_HZ, MOST_LUMEN_SAMPLES / float(read.column("t").max()))
-    return plain_lumen_series(lumen_series_of(read, rate), run)
+    return plain_lumen_series(lumen_series_of(read, _lumen_rate(read)), run)
+
+
+def _lumen_rate(read: Run) -> float:
+    return min(LUMEN_RATE_HZ, MOST_LUMEN_SAMPLES / float(read.column("t").max()))
 
 
 def plain_lumen_series(series: LumenSeries, run: StoredRun) -> dict[str, Any]:

@@ -46,7 +46,7 @@ class LabelNodes:
     def show(self, labels: tuple[LabelShape, ...], way: Array, red: BoolArray) -> None:
         """labels: the same each time, but for what is left on them.
 
-        way: (n, 3) LPS mm of the tip so far, which only grows; red: (n,) where it was cutting.
+        way: (n, 3) LPS mm of the tip so far, the same places each time, more or fewer; red: (n,) where it was cutting.
         """
         if not self._names:
             self._rims.show(np.concatenate([joined(circle(one.centre, one.normal, RADIUS_MM)) for one in labels]))
