@@ -13,7 +13,7 @@ const HELD = {
 };
 
 /**
- * Without those in which neither run has anything but zeros: from a fixed base nothing is inserted.
+ * Without those in which neither run has anything but zeros, by the digits that are shown: from a fixed base nothing is inserted.
  * @param {LumenSeriesPublic} main
  * @param {LumenSeriesPublic | null} ghost
  * @returns {Content[]}
@@ -37,7 +37,7 @@ export function lumenContents(main, ghost) {
     },
     { title: "Insertion", unit: "mm/s", lines: lines(), curves: overTime(runs, (series) => series.speed_mm_per_s), digits: 0, signed: true, now: (at) => `${fixed(main.speed_mm_per_s[at], 1)} mm/s` },
   ];
-  return all.filter(({ curves }) => curves.lines.some((line) => line.some(Boolean)));
+  return all.filter(({ curves, digits }) => curves.lines.some((line) => line.some((value) => Math.abs(value ?? 0) >= 0.5 * 10 ** -digits)));
 }
 
 /**

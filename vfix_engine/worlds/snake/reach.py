@@ -54,8 +54,8 @@ class Reach:
 
     depth_mm: of its tip along the curve that it follows (``driven_curve``), of ``path_mm``. limit: what ends it there:
     the path's 'end', too few 'links', a 'narrow' place, the 'bound' of a link, or no 'shape' that conforms; 'base': it
-    stands on a fixed base, and comes so far from there. words: the same for people. at_lps: (3,) LPS mm, the place it is held at: the narrow place, the vertex beyond its bound, or
-    the tip.
+    stands on a fixed base, and comes so far from there. words: the same for people. at_lps: (3,) LPS mm, the place it
+    is held at: the narrow place, the vertex beyond its bound, or the tip.
     narrowest: of the pathway, up to the target. offers: what would come deeper, the deepest first.
     behind_wall: how much of the pathway's surface is outside the lumen; None: no surface was given. A link within its
     bound there can be so deep behind the wall.
