@@ -40,8 +40,9 @@ class RoutePathPublic(BaseModel):
 
     All lengths are along the robot's way, the curve that its tip follows: it rounds bends, so it is shorter than the
     centreline. In a lumen that moves it is the line of the pathway's centres.
-    length_mm: to the end. links: of the robot. reach_mm: how deep its tip comes; limit, reach_words: what ends its way;
-    offers: what would come deeper, in words. least_mm, least_at_mm: the least radius, and where.
+    length_mm: to the end. links: of the robot. reach_mm: how deep its tip comes, or how far from a fixed base; limit,
+    reach_words: what ends its way; offers: what would come deeper, in words. least_mm, least_at_mm: the least radius,
+    and where.
     behind_wall, behind_mm: share of the pathway's surface behind the wall, and how deep at most. between_vertices_mm:
     links are measured at vertices of their surface, which can be so much deeper between them where the pathway is
     convex. contours: its control contours; contours_left_out: number of those by hand that are too far from the way.
@@ -53,7 +54,7 @@ class RoutePathPublic(BaseModel):
     length_mm: float
     links: int
     reach_mm: float
-    limit: Literal["end", "links", "narrow", "bound", "shape"]
+    limit: Literal["end", "links", "narrow", "bound", "shape", "base"]
     reach_words: str
     offers: list[str]
     least_mm: float

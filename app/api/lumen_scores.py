@@ -42,10 +42,18 @@ class ScoreRowPublic(BaseModel):
     worse: bool
 
 
+class TaskItemPublic(BaseModel):
+    """A polyp or label of a task. name: with its number, as in the pictures; done_s: when, null where it was not."""
+
+    name: str
+    done_s: float | None
+
+
 class TaskScorePublic(BaseModel):
     """What a run of a task is worth.
 
     result: the outcome in words, '' where there are none; lacking: what of it is not known and why, '' for nothing.
+    items: by their numbers, none where that is not known.
     """
 
     title: str
@@ -53,6 +61,7 @@ class TaskScorePublic(BaseModel):
     rows: list[ScoreRowPublic]
     lacking: str
     result: str = ""
+    items: list[TaskItemPublic]
 
 
 class LumenScorePublic(BaseModel):

@@ -92,7 +92,7 @@ class RunTitle(BaseModel):
     """A run; ticks: number of recorded steps, lost: number of steps that were not recorded.
 
     mode: 'freehand', 'hands-on' or 'teleoperated', 'mixed' where it was changed on the way, null for a snake.
-    arm: 'manual', 'guided' or 'certified' of a snake, null for a rigid tool.
+    arm: 'manual', 'guided' or 'certified' of a snake, links: how many it has; both null for a rigid tool.
     certified: every motion was certified, by the run's world, its rows and the arm.
     whole is false, and ticks and lost are null, for an interrupted run.
     pierced: what the tool pierced while it was driven; null where that was not measured.
@@ -107,6 +107,7 @@ class RunTitle(BaseModel):
     world: str
     mode: str | None
     arm: str | None
+    links: int | None
     certified: bool
     recorded: str
     size_bytes: int
@@ -126,8 +127,8 @@ class RunTitle(BaseModel):
         end = run.end or {}
         files = {name: vars(file) for name, file in run.files.items()}
         comments = [vars(one) for one in run.comments]
-        told = {"world": run.world, "mode": run.mode, "arm": run.arm, "certified": run.certified, "whole": run.whole}
-        told |= {"ticks": end.get("ticks"), "lost": end.get("lost")}
+        told = {"world": run.world, "mode": run.mode, "arm": run.arm, "links": run.links, "certified": run.certified}
+        told |= {"whole": run.whole, "ticks": end.get("ticks"), "lost": end.get("lost")}
         short = ShortScore if run.arm is None else ShortLumenScore
         return {**vars(run), **told, "files": files, "comments": comments, "score": known and short.of(known)}
 

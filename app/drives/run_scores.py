@@ -28,7 +28,7 @@ from vfix_engine.worlds.rigid.row import PHASES
 from vfix_engine.worlds.snake.row import LIMITS
 
 if TYPE_CHECKING:
-    from vfix_engine.study.lumen import LumenSeries
+    from vfix_engine.study.lumen import LumenSeries, TaskReplay
 
 VERSION = 7  # of the definitions of the score and of a hold
 RATE_HZ = 30.0
@@ -57,6 +57,7 @@ class RunScores:
         self._store, self._runs, self._wall_of = store, runs, wall_of
         self._scores: Cache[str, dict[str, Any]] = Cache(256)
         self._series: Cache[str, bytes] = Cache(4)
+        self._tasks: Cache[str, TaskReplay] = Cache(4)
 
     def of(self, run_id: str) -> dict[str, Any]:
         """`RunScore` or `LumenScore` as plain values, with `holds` and `completed`.
@@ -94,6 +95,24 @@ class RunScores:
         if TICKS not in run.files:
             raise InputError(_NO_SAMPLES)
         return self._series.get(run.id, make)
+
+    def task(self, run_id: str) -> TaskReplay:
+        """The task of a run in a lumen over its time, without a moment where it is of none; takes as long as a score.
+
+        Raises NotFound, and InputError for a run of another world, or where the wall of its task is not at hand.
+        """
+        run = self._runs.get(run_id)
+
+        def make() -> TaskReplay:
+            from vfix_engine.study.lumen import task_replay  # imported here: loads the snake's world
+
+            with self._runs.laid_out(run_id) as place:
+                read = Run.read(place)
+            return task_replay(read, _lumen_rate(read), self._wall_of(run.case_id))
+
+        if TICKS not in run.files:
+            raise InputError(_NO_SAMPLES)
+        return self._tasks.get(run.id, make)
 
     def _make(self, run: StoredRun) -> dict[str, Any]:
         with self._runs.laid_out(run.id) as place:
@@ -139,8 +158,11 @@ def _rigid_series(read: Run, run: StoredRun) -> dict[str, Any]:
 def _lumen_series(read: Run, run: StoredRun) -> dict[str, Any]:
     from vfix_engine.study.lumen import lumen_series_of  # imported here: loads the snake's world
 
-    rate = min(LUMEN_RATE_HZ, MOST_LUMEN_SAMPLES / float(read.column("t").max()))
-    return plain_lumen_series(lumen_series_of(read, rate), run)
+    return plain_lumen_series(lumen_series_of(read, _lumen_rate(read)), run)
+
+
+def _lumen_rate(read: Run) -> float:
+    return min(LUMEN_RATE_HZ, MOST_LUMEN_SAMPLES / float(read.column("t").max()))
 
 
 def plain_lumen_series(series: LumenSeries, run: StoredRun) -> dict[str, Any]:

@@ -73,6 +73,12 @@ class StoredRun:
         return arm_of(self.manifest)
 
     @property
+    def links(self) -> int | None:
+        """How many links a snake has; None of another world, and of a run whose spec was not written."""
+        snake = self.manifest.get("spec", {}).get("snake", {})
+        return snake.get("links") if self.arm is not None else None
+
+    @property
     def certified(self) -> bool:
         """Whether every motion of it was certified: by its world, the columns of its rows, and a snake's arm."""
         return is_certified(self.manifest)

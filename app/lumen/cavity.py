@@ -18,7 +18,7 @@ if TYPE_CHECKING:  # slow to load, as in `paths`
     from vfix_engine.worlds.snake.lumen import Lumen
 
 _STEP_MM = 5.0  # between two radii of the plot
-_FIXED = "the robot stands on a fixed base and bends"
+_FIXED = "from a fixed base; labels are drawn where it can trace them"
 
 
 def cavity_lumen() -> Lumen:
@@ -55,7 +55,7 @@ def cavity_path(route: Route) -> RoutePath:
     contours, tip_mm = pathway.contours(), min(snake.reach_mm(), pathway.length)
     x, y, z = (float(value) for value in case.base[:3, 3])
     narrow = narrowest(pathway, snake, route.bound_mm, tip_mm)
-    reach = Reach(tip_mm, pathway.length, "links", _FIXED, (x, y, z), narrow, (), containment(case.mesh, pathway))
+    reach = Reach(tip_mm, pathway.length, "base", _FIXED, (x, y, z), narrow, (), containment(case.mesh, pathway))
     return RoutePath(
         Lumen(fit.centreline, edited.curve, fit.slack, pathway), edited, snake, _settings(route), None, s,
         np.interp(s, contours.s, contours.radius.min(axis=1)),

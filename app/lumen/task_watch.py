@@ -20,10 +20,10 @@ if TYPE_CHECKING:  # slow to load, as in `paths`
     from vfix_engine.runtime.ring import RowReader
     from vfix_engine.runtime.system import Column
     from vfix_engine.study.diathermy.labels import Label
-    from vfix_engine.study.diathermy.live import LiveLabels
+    from vfix_engine.study.diathermy.live import LabelMoment, LiveLabels
     from vfix_engine.study.diathermy.task import DiathermyState
     from vfix_engine.study.diathermy.task import Sight as LabelSight
-    from vfix_engine.study.polyps.live import LiveProgress
+    from vfix_engine.study.polyps.live import LiveProgress, PolypMoment
     from vfix_engine.study.polyps.progress import PolypProgress, Sight
     from vfix_engine.study.polyps.task import PolypTask
 
@@ -36,6 +36,9 @@ class Live(Protocol):
 
     @property
     def completed(self) -> bool: ...
+
+    @property
+    def moment(self) -> PolypMoment | LabelMoment: ...
 
     def read(self, lines: Array) -> object: ...
 
@@ -52,6 +55,11 @@ class TaskWatch(Generic[L]):
     def __init__(self) -> None:
         self.live: L | None = None
         self.trouble = ""
+
+    @property
+    def moment(self) -> PolypMoment | LabelMoment | None:
+        """After the newest row; None before the drive is ready."""
+        return None if self.live is None else self.live.moment
 
     def note(self) -> Note:
         """What records the beginning of the task in the run."""

@@ -45,7 +45,9 @@ class Lines:
 
 
 class GrowingLines:
-    """Line segments that are only ever added to: in nodes of a few each, so that only the last one is sent again."""
+    """Line segments that are added to at their end, or taken off there: in nodes of a few each, so that only those
+    that change are sent again.
+    """
 
     def __init__(self, view: SceneView, name: str, colour: tuple[int, int, int], thickness: float) -> None:
         """Create no node yet. thickness: mm."""
@@ -54,10 +56,11 @@ class GrowingLines:
         self._count = 0  # of segments that are drawn
 
     def show(self, segments: Array) -> None:
-        """Draw these segments, which begin with those drawn before. segments: (n, 2, 3), LPS mm."""
+        """Draw these segments, which begin with those drawn before or are the first of them. (n, 2, 3), LPS mm."""
         if len(segments) == self._count:
             return
-        for number in range(self._count // _CHUNK, -(-len(segments) // _CHUNK)):
+        kept = min(len(segments), self._count)
+        for number in range(kept // _CHUNK, -(-max(len(segments), self._count) // _CHUNK)):
             if number == len(self._nodes):
                 self._nodes.append(Lines(self._view, f"{self._name}/{number}", *self._look))
             self._nodes[number].show(segments[number * _CHUNK : (number + 1) * _CHUNK])

@@ -53,7 +53,7 @@ class LabelNodes:
     def show(self, labels: tuple[LabelShape, ...], way: Array, red: BoolArray) -> None:
         """labels: the same each time, but for what is left on them.
 
-        way: (n, 3) LPS mm of the tip so far, which only grows; red: (n,) where it was cutting.
+        way: (n, 3) LPS mm of the tip so far, the same places each time, more or fewer; red: (n,) where it was cutting.
         """
         done = tuple(one.done for one in labels)
         if done != self._shown:

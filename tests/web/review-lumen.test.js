@@ -12,7 +12,7 @@ const { lumenFigures } = await import("../../app/tabs/review/lumen-figures.js");
 const { CompareTable } = await import("../../app/tabs/review/compare.js");
 const { drivenOf, viewOf, withScore } = await import("../../app/web/js/run-views.js");
 const { endName } = await import("../../app/web/js/lumen-score.js");
-const { holdLines, holdList } = await import("../../app/web/js/run-score.js");
+const { holdLines, holdList, itemList } = await import("../../app/web/js/run-score.js");
 const { drivenAs } = await import("../../app/web/js/runs.js");
 
 /** Two links of 10 mm that turn from straight ahead to the side. @type {any} */
@@ -54,6 +54,26 @@ test("depth, the link at its bound, bend, force and insertion are plotted, and w
   assert.equal(heldWords({ ...SERIES, limit_link: [0, 0], limit: [0, 2] }, 1), "held: the end of the way");
   assert.deepEqual([shown[4].signed, shown[0].signed], [true, undefined]);
   assert.throws(() => contentsOf(SERIES, null)); // those of a rigid tool are others
+});
+
+test("a plot in which nothing but zeros is held is left out, as of a run from a fixed base", () => {
+  const still = { ...SERIES, depth_mm: [0, 0], speed_mm_per_s: [0, 0], force_n: [0, 0.001], guidance_n: [null, 0] };
+  assert.deepEqual(lumenContents(still, null).map(({ title }) => title), ["Nearest to a bound", "Bend r"]);
+  assert.deepEqual(lumenContents(still, SERIES).length, 5, "the run beside it has them");
+});
+
+test("polyps are listed by their numbers with when they were done, or that they were missed", () => {
+  const items = [{ name: "Polyp 1", done_s: 41.04 }, { name: "Polyp 2", done_s: null }], task = { ...SCORE.task, items };
+  assert.deepEqual(viewOf(SCORE).items({ ...SCORE, task }), items);
+  assert.deepEqual(viewOf(SCORE).items({ ...SCORE, task: null }), []);
+  assert.deepEqual(viewOf({ world: "rigid" }).items({}), []);
+  assert.match(String(itemList(items, () => {})), /Polyp 1[^P]*41\.0 s[^P]*Polyp 2[^P]*missed/u);
+});
+
+test("a run says how many links its robot has", () => {
+  const said = viewOf(SCORE).robot;
+  assert.deepEqual([30, 1, null].map((links) => said({ links })), ["30 links", "1 link", ""]);
+  assert.equal(viewOf({ world: "rigid" }).robot({ links: null }), "");
 });
 
 test("a score is said in rows, the task's last; what is beyond a bound stands out", () => {

@@ -88,9 +88,14 @@ class Run:
         return self.ticks[:, COMMAND_SIZE:]
 
     @property
+    def tick_columns(self) -> tuple[Column, ...]:
+        """Columns of ``ticks``."""
+        return tuple(Column(*pair) for pair in self.manifest["columns"])
+
+    @property
     def columns(self) -> tuple[Column, ...]:
         """Columns of ``rows``."""
-        return tuple(Column(*pair) for pair in self.manifest["columns"][COMMAND_SIZE:])
+        return self.tick_columns[COMMAND_SIZE:]
 
     def column(self, name: str) -> Array:
         """(n,) one column of the rows. Raises InputError for an unknown name."""

@@ -27,11 +27,12 @@ from app.tabs.drive import commands as c
 from app.tabs.drive.keys import key_axes
 from app.tabs.drive.options import options_view
 from app.tabs.drive.preparation import PreparedSnake, made_of, prepare
-from app.tabs.drive.task import chosen_task, task_layers, task_section
+from app.tabs.drive.task import chosen_task, task_section
 from app.tabs.drive.view import free_words, scope_section, snake_section, snake_settings
 from app.tabs.drive_tab import NOT_HELD, DriveTab
 from app.workspace.fixed_drive import FIXED
 from app.workspace.layers import Layer
+from app.workspace.task_view import task_layers
 from app.workspace.workspace import Workspace
 from vfix_engine.arrays import Array
 from vfix_engine.errors import ControlError
@@ -244,6 +245,7 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
     def layers(self) -> list[Layer[Any]]:
         """The robot, and its pathway, while the tab is active."""
         now, prepared = self.now.snapshot, self.now.prepared
+        task = None if prepared is None else prepared.task
         if not self.active or now is None or prepared is None:
             return []
         capsules, path = np.asarray(now.capsules), prepared.path
@@ -252,7 +254,7 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
         ghosts = self._ghosts(now.control_bends, float(capsules[0, 6]))
         return [
             *ghosts,
-            *task_layers(prepared.task),
+            *([] if task is None else task_layers(task.moment, Same(task))),
             Layer(
                 "drive.pathway",
                 Same(path),

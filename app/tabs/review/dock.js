@@ -4,6 +4,7 @@ import { h } from "/static/js/dom.js";
 import { fixed } from "/static/js/format.js";
 import { feltHolds } from "/static/js/run-score.js";
 import { keep, recall } from "/static/js/remember.js";
+import { viewOf } from "/static/js/run-views.js";
 import { draw, html, live, nothing } from "/static/js/template.js";
 import { CompareTable } from "./compare.js";
 import { pathPlotsOf } from "./path-plots.js";
@@ -85,7 +86,8 @@ export class Dock {
         <div class="timeline-marks" aria-hidden="true">${this.score && end ? feltHolds(this.score).map(({ t_s: at, duration_s: length, kind }) => html`<i data-kind=${kind === "contact" ? "contact" : "hold"} style="left: ${(100 * at) / end}%; width: ${(100 * length) / end}%"></i>`) : nothing}</div>
         <input type="range" id="run-time" min="0" max=${end || 1} step=${STEP_S} .value=${live(String(player.t))} ?disabled=${!main} aria-label="Time of the run" aria-valuetext="${fixed(player.t, 1)} of ${fixed(end, 1)} s"
           @input=${(/** @type {Event} */ { currentTarget }) => this.scrub(Number(/** @type {HTMLInputElement} */ (currentTarget).value))}>
-        <div class="timeline-comments">${end ? this.comments.filter(({ t_s: t }) => t !== null).map(({ t_s: t, text }) => html`<button type="button" class="plain" tabindex="-1" style="left: ${(100 * (t ?? 0)) / end}%"
+        <div class="timeline-comments">${this.score && end ? viewOf(this.score).items(this.score).filter(({ done_s: t }) => t !== null).map(({ name, done_s: t }) => html`<button type="button" class="plain" tabindex="-1" data-kind="done" style="left: ${(100 * (t ?? 0)) / end}%"
+          title="${name} done at ${fixed(t, 1)} s" aria-label="${name} done at ${fixed(t, 1)} s" @click=${() => this.scrub(t ?? 0)}></button>`) : nothing}${end ? this.comments.filter(({ t_s: t }) => t !== null).map(({ t_s: t, text }) => html`<button type="button" class="plain" tabindex="-1" style="left: ${(100 * (t ?? 0)) / end}%"
           title=${text} aria-label="Comment at ${fixed(t, 1)} s" @click=${() => this.scrub(t ?? 0)}></button>`) : nothing}</div>
       </div>
       <span class="timeline-time number">${fixed(player.t, 1)} / ${fixed(end, 1)} s</span>

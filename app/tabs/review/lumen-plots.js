@@ -12,12 +12,18 @@ const HELD = {
   end: "the end of the way", tissue: "moving tissue", insertion: "insertion comes first", planning: "planning",
 };
 
-/** @param {LumenSeriesPublic} main @param {LumenSeriesPublic | null} ghost @returns {Content[]} */
+/**
+ * Without those in which neither run has anything but zeros, by the digits that are shown: from a fixed base nothing is inserted.
+ * @param {LumenSeriesPublic} main
+ * @param {LumenSeriesPublic | null} ghost
+ * @returns {Content[]}
+ */
 export function lumenContents(main, ghost) {
   const runs = ghost ? [main, ghost] : [main], lines = () => bothRuns(main, ghost);
   const bound = overTime(runs, (series) => series.deviation_mm), own = overTime(runs, (series) => (series === main ? series.bound_mm : []));
   const force = overTime(runs, (series) => series.force_n), guidance = overTime(runs, (series) => (series === main ? series.guidance_n : []));
-  return [
+  /** @type {Content[]} */
+  const all = [
     { title: "Depth", unit: "mm", lines: lines(), curves: overTime(runs, (series) => series.depth_mm), digits: 0, now: (at) => heldWords(main, at) || `${fixed(main.depth_mm[at], 0)} mm` },
     {
       title: "Nearest to a bound", unit: "mm", digits: 1, lines: [...lines(), { name: "bound", colour: "--caution", width: 1.25, dash: [2, 3] }],
@@ -31,6 +37,7 @@ export function lumenContents(main, ghost) {
     },
     { title: "Insertion", unit: "mm/s", lines: lines(), curves: overTime(runs, (series) => series.speed_mm_per_s), digits: 0, signed: true, now: (at) => `${fixed(main.speed_mm_per_s[at], 1)} mm/s` },
   ];
+  return all.filter(({ curves, digits }) => curves.lines.some((line) => line.some((value) => Math.abs(value ?? 0) >= 0.5 * 10 ** -digits)));
 }
 
 /**

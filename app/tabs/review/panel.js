@@ -6,7 +6,7 @@ import { jobWatch } from "/static/js/jobs.js";
 import { ownsSpace } from "/static/js/keys.js";
 import { LearningCurve } from "/static/js/learning-curve.js";
 import { takeRunRequest } from "/static/js/open-run.js";
-import { feltHolds, holdList, learningPart, modeLine, scoreFacts } from "/static/js/run-score.js";
+import { feltHolds, holdList, itemList, learningPart, modeLine, scoreFacts } from "/static/js/run-score.js";
 import { drivenAs, isUncertified, lastOf, markTeacher, modeWord, runName, runsOf, saveReport, scoreOf, seriesOfRun } from "/static/js/runs.js";
 import { resultLine, viewOf, withScore } from "/static/js/run-views.js";
 import { remove } from "/static/js/rest.js";
@@ -16,6 +16,7 @@ import { Dock } from "./dock.js";
 import { ExportMenu } from "./export-menu.js";
 import { InScene } from "./in-scene.js";
 import { Player } from "./player.js";
+import { ReplayedTask } from "./replayed-task.js";
 import { RunsList } from "./runs-list.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
@@ -30,6 +31,7 @@ export default class ReviewPanel {
     this.connection = connection;
     this.player = new Player();
     this.dock = new Dock(this.player, (run) => this.open(run));
+    this.task = new ReplayedTask(connection, this.player);
     this.list = new RunsList({ open: (id) => this.open(id), toggle: (id) => this.toggle(id) });
     this.about = h("div", { class: "group", id: "run-score", hidden: true });
     this.exports = new ExportMenu();
@@ -99,6 +101,7 @@ export default class ReviewPanel {
     this.shown = false;
     this.player.hide();
     this.laid.hide();
+    this.task.of(null);
   }
 
   /** Read the list anew, and open what is to be open. @param {number} [at] s */
@@ -228,6 +231,7 @@ export default class ReviewPanel {
     this.laid.of(this.shown ? this.laidRuns(run) : []);
     const played = run && this.player.main?.run.id === run.id ? run : null;
     this.comments.of(played);
+    this.task.of(played && score && viewOf(played).items(score).length ? played.id : null);
     this.dock.marks(score ?? null, played?.comments ?? []);
     const scored = [open, ...beside].flatMap((id) => {
       const one = runs.find((title) => title.id === id), its = this.scores.get(id ?? "");
@@ -248,19 +252,22 @@ export default class ReviewPanel {
    */
   result(run, score) {
     const how = drivenAs(run), view = viewOf(run), trouble = this.troubles.get(askedOf(scoreOf, run.id)), unplayed = this.troubles.get(askedOf(seriesOfRun, run.id));
+    const { replayed_task: told } = this.connection.state, untold = told?.run === run.id ? told.words : "";
     if (!score) {
       return titled(`Run of ${runName(run)}`, null, html`${modeLine(how, isUncertified(run))}
         <p class=${trouble ? "words caution" : "words"} role="status">${trouble ? `No score: ${trouble}` : "Scoring the run …"}</p>
         ${trouble ? this.deleting(run) : nothing}`);
     }
-    const holds = feltHolds(score), teacher = this.teacher();
+    const holds = feltHolds(score), items = view.items(score), teacher = this.teacher();
     const last = lastOf(this.runs.filter(({ plan_id: plan }) => plan === run.plan_id), how ?? "");
     this.curve.show(last, teacher);
     return html`${titled(`Run of ${runName(run)}`, null, html`
       ${modeLine(how, !score.certified, view.certificate(score))}
       ${unplayed ? html`<p class="words caution" role="status">No replay: ${unplayed}</p>` : nothing}
+      ${untold ? html`<p class="words caution" role="status">No polyps or labels: ${untold}</p>` : nothing}
       ${resultLine(view, this.connection.state, run, score)}
       ${scoreFacts(view.facts(score))}
+      ${items.length ? itemList(items, (at) => this.goTo(at)) : nothing}
       ${holds.length ? html`<h3>${score.certified ? "Held" : "Contacts"}</h3>${holdList(score, ({ t_s: at }) => this.goTo(at), null)}` : nothing}
       ${view.learning ? learningPart(last, teacher, this.curve) : nothing}
       ${run.plan_id === null || !view.learning ? nothing : html`<label class="check" title="Learning curves of this plan show its level"><input type="checkbox" id="teacher-run" .checked=${live(run.teacher)}

@@ -101,7 +101,7 @@ class Plot {
     this.now = h("span", { class: "number" });
     this.line = h("div", { class: "plot-now" });
     this.area = h("div", { class: "plot-area" });
-    this.element = h("figure", { class: "plot", "aria-label": content.title }, h("figcaption", {}, h("span", {}, content.title), h("span", { class: content.lines.length > 2 ? "plot-keys" : "plot-keys two" }, content.lines.length > 1 ? content.lines.map((line) => plotKey(line)) : []), this.now), this.area);
+    this.element = h("figure", { class: "plot", "aria-label": content.title }, h("figcaption", {}, h("span", {}, content.title), h("span", { class: "plot-keys" }, content.lines.length > 1 ? content.lines.map((line) => plotKey(line)) : []), this.now), this.area);
     /** @type {ReturnType<typeof plotInto> | null} */
     this.plot = null;
     this.watch = new ResizeObserver(() => this.fit());

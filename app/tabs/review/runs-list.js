@@ -33,7 +33,7 @@ export class RunsList {
   /** Those that the filters leave. @param {RunsShown} shown */
   listed({ runs, planName }) {
     const chosen = runs.filter((run) => (!this.mode || drivenAs(run) === this.mode) && (!this.plan || run.plan_id === this.plan));
-    return this.filter.of(chosen, (run) => `${runName(run)} ${modeWord(drivenAs(run))} ${planName(run.plan_id)}`);
+    return this.filter.of(chosen, (run) => `${runName(run)} ${modeWord(drivenAs(run))} ${viewOf(run).robot(run)} ${planName(run.plan_id)}`);
   }
 
   /** @param {RunsShown} shown */
@@ -67,10 +67,10 @@ export class RunsList {
     const { open, beside, planName } = this.shown;
     const isOpen = run.id === open, at = beside.indexOf(run.id);
     const figures = run.score ? [duration(run.score.time_s), viewOf(run).short(run.score)].filter(Boolean).join(", ") : "not scored";
-    const uncertified = isUncertified(run), of = run.score ? viewOf(run).certificate(run.score) : "", task = run.score && "task" in run.score ? run.score.task : null;
+    const { robot } = viewOf(run), uncertified = isUncertified(run), of = run.score ? viewOf(run).certificate(run.score) : "", task = run.score && "task" in run.score ? run.score.task : null;
     return html`<li class="row" data-run=${run.id} aria-current=${String(isOpen)}>
       <button type="button" class="row-main" title=${planName(run.plan_id)} @click=${() => this.wishes.open(run.id)}>
-        <span class="run-row-head">${modeWord(drivenAs(run))} <span class="number">${figures}</span></span><span class="row-sub">${[...task ? [task] : [], planName(run.plan_id), runName(run)].join(" · ")}</span>
+        <span class="run-row-head">${modeWord(drivenAs(run))}${robot(run) ? html` <span class="number">${robot(run)}</span>` : nothing} <span class="number">${figures}</span></span><span class="row-sub">${[task, planName(run.plan_id), runName(run)].filter(Boolean).join(" · ")}</span>
         ${of ? html`<span class="row-sub certified-of">${of}</span>` : nothing}
         ${run.teacher ? html`<span class="pill teacher">teacher</span>` : nothing}
         ${uncertified ? html`<span class="pill">${UNCERTIFIED}</span>` : nothing}</button>

@@ -57,7 +57,7 @@ export default class RoutePanel {
     draw(this.path, route && path ? titled("Pathway", null, this.pathOf(path)) : html``);
     for (const part of [this.ends, this.robot, this.path]) part.hidden = !route;
     this.plot.update(path, contours);
-    this.views.update(path?.state === "ready" ? views : undefined);
+    this.views.update(path?.state === "ready" && path.limit !== "base" ? views : undefined); // from a base labels are traced
     this.contours.update(contours, route);
     this.marks.update(route, path?.state === "ready");
     this.parts.element.hidden = !route;
@@ -206,14 +206,15 @@ function pathWords(path) {
   if (path.state === "none") return html`<p class="words">Choose entry and end.</p>`;
   if (path.state === "computing") return html`<p class="words" id="route-state">Computing …</p>`;
   if (path.state === "failed") return html`<p class="words caution" id="route-state">${said(path.words)}</p>`;
+  const stands = path.limit === "base"; // nothing is inserted from there
   const facts = [
-    ["Length", `${fixed(path.length_mm, 0)} mm`, LENGTH_HELP],
+    ...(stands ? [] : [["Length", `${fixed(path.length_mm, 0)} mm`, LENGTH_HELP]]),
     ["Links", String(path.links)],
     ["Narrowest radius", `${fixed(path.least_mm, 1)} mm at ${fixed(path.least_at_mm, 0)} mm`],
-    ["Tip reaches", `${fixed(path.reach_mm, 0)} mm`],
+    stands ? ["Reach from the base", `${fixed(path.reach_mm, 0)} mm`] : ["Tip reaches", `${fixed(path.reach_mm, 0)} mm`],
   ];
   return html`<dl class="facts" id="route-facts">${facts.map(([term, value, help]) => html`<dt>${term}${help ? html` ${more(help)}` : ""}</dt><dd>${value}</dd>`)}</dl>
     ${path.behind_share === null || path.behind_mm === null ? "" : behindLine("behind-words", behindWords({ share: path.behind_share, depth_mm: path.behind_mm }, path.bound_mm))}
-    <p class="plot-keys scene-keys"><span><i></i>Pathway in 3D</span>${path.limit === "end" ? "" : html`<span><i data-key="stop"></i>Tip stops</span>`}</p>
+    <p class="plot-keys scene-keys"><span><i></i>Pathway in 3D</span>${stands || path.limit === "end" ? "" : html`<span><i data-key="stop"></i>Tip stops</span>`}</p>
     <p class=${["narrow", "bound", "shape"].includes(path.limit) ? "words caution" : "words"} id="reach-words">${said(path.reach_words)}</p>`;
 }

@@ -131,7 +131,7 @@ class RoutePathSection(TypedDict):
     links: int | None
     reach_mm: float | None
     reach_words: str
-    limit: Literal["", "end", "links", "narrow", "bound", "shape"]
+    limit: Literal["", "end", "links", "narrow", "bound", "shape", "base"]
     offers: list[ReachOfferView]
     behind_share: float | None
     behind_mm: float | None

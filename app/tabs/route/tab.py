@@ -252,7 +252,7 @@ class RouteTab(Tab):
         layers += [*self._contours.layers(), *self._seen.layers()]
         if (path := self._path) is not None:
             show = partial(PathwayNodes.show, centreline=path.lumen.centreline.curve.points, rings=path.rings())
-            if path.reach.limit != "end":
+            if path.reach.limit not in ("end", "base"):
                 layers.append(stop_layer(path, case_id))
             layers.append(Layer("route.path", Same(path), PathwayNodes, show, Same(path)))
         return layers

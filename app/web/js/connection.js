@@ -30,7 +30,7 @@ const LOCKED = {
 const GONE = "Connection lost, reconnecting … Every change is saved. If the planner was ended, start it again and open the address that it prints.";
 
 // What streams by itself or follows a hand is dropped on a dead line without a word.
-const STREAMS = /^(heartbeat|grip\.release|drive|twist|tilt|camera\.drag|axes|rate|slice\..*|view\..*|item\.drag)$/;
+const STREAMS = /^(heartbeat|grip\.release|drive|twist|tilt|camera\.drag|axes|rate|slice\..*|view\..*|item\.drag|review\.moment)$/;
 
 /**
  * What this tab had open, the plan of a head or the route of a lumen among it, for a planner that was started anew; a new tab has what this browser had open last.

@@ -3,7 +3,7 @@ import { fixed, sentence } from "./format.js";
 import { UNCERTIFIED, duration, errorOf, millimetres, modeWord } from "./runs.js";
 import { html, more, nothing } from "./template.js";
 
-/** @import { HoldPublic, RunTitle, ScorePublic } from "./types.js" */
+/** @import { HoldPublic, RunTitle, ScorePublic, TaskItemPublic } from "./types.js" */
 
 const SHORTEST_S = 0.05; // a hold that was shorter nobody has felt
 const MOST_HOLDS = 5, MOST_UNFOLDED = 12;
@@ -104,6 +104,16 @@ export function holdLines(holds) {
 /** @param {Iterable<HoldPublic>} holds s */
 function inAll(holds) {
   return [...holds].reduce((sum, { held_s: held }) => sum + held, 0);
+}
+
+/**
+ * The polyps or labels of a task by their numbers, each with when it was done; those that were not stand out.
+ * @param {TaskItemPublic[]} items
+ * @param {(t: number) => void} open
+ */
+export function itemList(items, open) {
+  return html`<ul class="run-holds task-items" aria-label="Polyps and labels">${items.map(({ name, done_s: at }) => html`<li>
+    <button type="button" class="plain" title="Show this moment" ?disabled=${at === null} @click=${() => open(at ?? 0)}><span>${name}</span><span class=${at === null ? "worse" : "number"}>${at === null ? "missed" : duration(at)}</span></button></li>`)}</ul>`;
 }
 
 /**

@@ -7,15 +7,15 @@ import { html, nothing } from "./template.js";
 
 /** @import { Fact } from "./run-score.js" */
 /** @import { AnyScore, AnyShort } from "./runs.js" */
-/** @import { LumenScorePublic, ScorePublic, ShortLumenScore, ShortScore, ViewModel } from "./types.js" */
+/** @import { LumenScorePublic, ScorePublic, TaskItemPublic, ShortLumenScore, ShortScore, ViewModel } from "./types.js" */
 
 /** @typedef {"tool" | "lumen"} Driven */
 /**
  * of: what was driven, as a document; how: what runs of it differ by. done: that a run came to its end. facts: of a score.
- * certificate: figures beside a certified score. result: of a score in one line, '' where its figures say it. short: of a score that a list has, after the time; brief: the same in one line with it. shortOf: of a score. learning: whether tip errors make a
+ * certificate: figures beside a certified score. result: of a score in one line, '' where its figures say it. short: of a score that a list has, after the time; brief: the same in one line with it. robot: that was driven, '' where all are alike. items: of a task, such as its polyps. shortOf: of a score. learning: whether tip errors make a
  * learning curve, which a teacher's run may lead. laid: whether it can be laid into the scene. report: whether there is one to
  * print. formats: that it is exported in.
- * @typedef {{ of: string, how: string, done: string, facts: (score: any) => Fact[], certificate: (score: any) => string, result: (score: any, end?: string) => string, short: (score: any) => string, brief: (score: any) => string, shortOf: (score: any) => AnyShort,
+ * @typedef {{ of: string, how: string, done: string, facts: (score: any) => Fact[], certificate: (score: any) => string, result: (score: any, end?: string) => string, short: (score: any) => string, brief: (score: any) => string, robot: (run: { links?: number | null }) => string, items: (score: any) => TaskItemPublic[], shortOf: (score: any) => AnyShort,
  *   learning: boolean, laid: boolean, report: boolean, formats: string[] }} RunView
  */
 
@@ -31,6 +31,8 @@ const VIEWS = {
     result: () => "",
     short: (/** @type {ShortScore} */ { error_mm: error }) => (error === null ? "" : millimetres(error)),
     brief: (/** @type {ShortScore} */ { time_s: time, error_mm: error, contacts }) => `${fixed(time, 1)} s, ${millimetres(error)}${contacts ? `, ${contacts} contacts` : ""}`,
+    robot: () => "",
+    items: () => [],
     shortOf: (/** @type {ScorePublic} */ score) => shortOf(score),
     learning: true, laid: true, report: true, formats: ["csv", "about.json", "parquet", "mcap", "py"],
   },
@@ -41,6 +43,8 @@ const VIEWS = {
     result: (/** @type {LumenScorePublic} */ score, end = "") => lumenResult(score, end),
     short: (/** @type {ShortLumenScore} */ { depth_mm: depth, deviation_mm: off }) => [...(depth === null ? [] : [`${fixed(depth, 0)} mm`]), ...(off === null ? [] : [`deviation ${fixed(off, 1)} mm`])].join(", "),
     brief: (/** @type {ShortLumenScore} */ { time_s: time, depth_mm: depth }) => `${duration(time)}${depth === null ? "" : `, ${fixed(depth, 0)} mm`}`,
+    robot: ({ links }) => (links ? `${links} link${links === 1 ? "" : "s"}` : ""),
+    items: (/** @type {LumenScorePublic} */ { task }) => task?.items ?? [],
     shortOf: (/** @type {LumenScorePublic} */ score) => shortOfLumen(score),
     learning: false, laid: false, report: false, formats: ["csv", "about.json", "parquet"],
   },

@@ -743,7 +743,7 @@ export interface RoutePathSection {
   links: number | null;
   reach_mm: number | null;
   reach_words: string;
-  limit: "" | "end" | "links" | "narrow" | "bound" | "shape";
+  limit: "" | "end" | "links" | "narrow" | "bound" | "shape" | "base";
   offers: ReachOfferView[];
   behind_share: number | null;
   behind_mm: number | null;
@@ -1339,21 +1339,21 @@ export interface LinkValuesView {
  * The task that is chosen for the drive that is there, or comes next; None for none.
  *
  * offered: what can be done in this case. marks: polyps of the route, which may be the task's. open: this client may
- * choose. now, labels: of this drive, by the task.
+ * choose.
  */
 export interface DriveTaskView {
+  now: TaskNowView | null;
+  labels: LabelsNowView | null;
   offered: ("polyps" | "labels")[];
   task: "polyps" | "labels" | null;
   places: "seed" | "route";
   seed: number;
   marks: number;
   open: boolean;
-  now: TaskNowView | null;
-  labels: LabelsNowView | null;
 }
 
 /**
- * Study I of this drive. polyps: all of them, so many, in the order of their numbers; cleared: how many are.
+ * Study I. polyps: all of them, so many, in the order of their numbers; cleared: how many are.
  *
  * held_s: for how long what is aimed at is viewed, of hold_s. frame_deg: half the opening of the aiming frame. end_mm:
  * of the tip, where the task ends; end_name: of the landmark there. viewable_share: of the wall there, None if nobody
@@ -1391,7 +1391,7 @@ export interface TaskPolypView {
 }
 
 /**
- * The labels of this drive. traced: how many are done; aimed: number of the one under the marker, from 1.
+ * Study II. traced: how many labels are done; aimed: number of the one under the marker, from 1.
  *
  * cutting: its object is being shortened. near_mm: as near the marker has to be. words: why this may differ from the
  * run's score.
@@ -1441,6 +1441,19 @@ export interface ScopePoseView {
   tip: [number, number, number];
   shaft: [number, number, number];
   side: [number, number, number];
+}
+
+/**
+ * The task of the run that is replayed, at the moment that is shown; before it began it has neither of both.
+ *
+ * waits: it is being computed. words: why it is not known, '' where it is.
+ */
+export interface ReplayedTaskView {
+  now: TaskNowView | null;
+  labels: LabelsNowView | null;
+  run: string;
+  waits: boolean;
+  words: string;
 }
 
 /**
@@ -2116,7 +2129,7 @@ export interface TracedPublic {
  * A run; ticks: number of recorded steps, lost: number of steps that were not recorded.
  *
  * mode: 'freehand', 'hands-on' or 'teleoperated', 'mixed' where it was changed on the way, null for a snake.
- * arm: 'manual', 'guided' or 'certified' of a snake, null for a rigid tool.
+ * arm: 'manual', 'guided' or 'certified' of a snake, links: how many it has; both null for a rigid tool.
  * certified: every motion was certified, by the run's world, its rows and the arm.
  * whole is false, and ticks and lost are null, for an interrupted run.
  * pierced: what the tool pierced while it was driven; null where that was not measured.
@@ -2131,6 +2144,7 @@ export interface RunTitle {
   world: string;
   mode: string | null;
   arm: string | null;
+  links: number | null;
   certified: boolean;
   recorded: string;
   size_bytes: number;
@@ -2417,6 +2431,7 @@ export interface DeviationPublic {
  * What a run of a task is worth.
  *
  * result: the outcome in words, '' where there are none; lacking: what of it is not known and why, '' for nothing.
+ * items: by their numbers, none where that is not known.
  */
 export interface TaskScorePublic {
   title: string;
@@ -2424,6 +2439,7 @@ export interface TaskScorePublic {
   rows: ScoreRowPublic[];
   lacking: string;
   result: string;
+  items: TaskItemPublic[];
 }
 
 /** A figure of a task as it is shown; value null where it is not defined, worse where it is to stand out. */
@@ -2433,6 +2449,12 @@ export interface ScoreRowPublic {
   unit: string;
   digits: number;
   worse: boolean;
+}
+
+/** A polyp or label of a task. name: with its number, as in the pictures; done_s: when, null where it was not. */
+export interface TaskItemPublic {
+  name: string;
+  done_s: number | null;
 }
 
 /**
@@ -2562,6 +2584,7 @@ export interface ViewModel {
   registrations?: RegistrationsSection;
   rehearsal?: RehearsalSection;
   removed_bone?: RemovedBoneSection | null;
+  replayed_task?: ReplayedTaskView | null;
   route?: RouteSection | null;
   route_contours?: ContourList;
   route_path?: RoutePathSection;
@@ -2990,6 +3013,10 @@ export interface Commands {
   };
   "rehearsal.start": {};
   "rehearsal.take": {};
+  "review.moment": {
+    run: string | null;
+    t_s?: number;
+  };
   "route.bound": {
     bound_mm?: number | null;
     revision?: number | null;

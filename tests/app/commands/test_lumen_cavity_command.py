@@ -19,6 +19,8 @@ from vfix_engine.runtime.run import Run
 from vfix_engine.runtime.system import Column
 from vfix_engine.study.diathermy.live import LiveLabels
 from vfix_engine.study.diathermy.table import measured
+from vfix_engine.study.diathermy.task import first_state
+from vfix_engine.study.lumen import task_replay
 from vfix_engine.worlds.registry import spec_of
 from vfix_engine.worlds.snake.cavity import cavity_case
 
@@ -60,6 +62,9 @@ def test_a_line_is_traced_and_its_figures_are_those_of_the_run(
     for some in np.array_split(run.ticks, 7):  # as a page follows the drive: the same state, to the last bit
         live.read(some)
     assert live.state == seen.state
+    shown = task_replay(run, 20.0, cavity_case().mesh)
+    assert (shown.moments[0].state, shown.moments[-1].state) == (first_state(seen.labels), seen.state)  # type: ignore[union-attr]
+    assert np.array_equal(shown.moments[-1].way.places, live.way.places)  # type: ignore[union-attr]
     assert live.completed
     assert live.way.red.any()
     assert np.linalg.norm(np.diff(live.way.places, axis=0), axis=1).max() < 3.0

@@ -37,6 +37,7 @@ def test_the_route_of_the_cavity_has_the_world_of_the_study() -> None:
     assert path.base[:3, 3].tolist() == list(BASE_MM)
     assert path.reach.behind_wall is not None
     assert path.reach.behind_wall.outside == 0.0
+    assert (path.reach.limit, path.reach.depth_mm) == ("base", study.snake.reach_mm())  # no tip stops on its way
 
 
 def test_distances_to_the_wall_are_those_of_the_triangles() -> None:

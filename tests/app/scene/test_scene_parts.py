@@ -15,6 +15,7 @@ from app.scene import camera, palette, shapes
 from app.scene.camera import Lens
 from app.scene.error_balls import ErrorBalls
 from app.scene.fiducials import FiducialNodes, FiducialShape
+from app.scene.lines import GrowingLines
 from app.scene.picking import PickingPlane, SurfacePicker, hit_items, hit_plane
 from app.scene.tip_limits import tube_mesh
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -201,3 +202,19 @@ def test_a_tube_is_everything_within_its_radius_of_the_path() -> None:
     mesh.update_faces(mesh.nondegenerate_faces())
     assert mesh.is_watertight
     assert mesh.volume == pytest.approx(np.pi * 1.5**2 * (path.length + 2.0), rel=0.03)
+
+
+def test_lines_that_grow_are_taken_back_at_their_end() -> None:
+    """The way of a tip in a replay that goes backwards."""
+    shown: dict[str, Any] = {}
+
+    def add(name: str, points: Any, *_: Any, **__: Any) -> Any:
+        shown[name] = SimpleNamespace(points=np.asarray(points), visible=True)
+        return shown[name]
+
+    view: Any = SimpleNamespace(scene=SimpleNamespace(add_line_segments=add))
+    lines, way = GrowingLines(view, "/way", (0, 0, 0), 1.0), np.arange(150 * 6, dtype=float).reshape(150, 2, 3)
+    for count in (10, 150, 130, 70, 3, 0, 150, 64):
+        lines.show(way[:count])
+        drawn = [node.points for _, node in sorted(shown.items()) if node.visible]
+        assert np.array_equal(np.concatenate([np.zeros((0, 2, 3)), *drawn]), way[:count]), count

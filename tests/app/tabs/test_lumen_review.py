@@ -45,12 +45,14 @@ def test_a_run_of_the_page_is_scored_and_replayed_bit_by_bit(
     client.until(lambda shown: shown["snake"]["bend"] > 0.1, drives.MoveAxes(type="axes", camera_x=1.0))
     send(client.tab, "rehearsal.end")
     (stored,) = stored_runs(services, route)
-    assert (stored.arm, stored.mode, stored.certified) == ("certified", None, True)
+    assert (stored.arm, stored.links, stored.mode, stored.certified) == ("certified", 5, None, True)
     score = _scored(services, stored)
     assert score["depth_mm"] >= deep["depth_mm"] - 0.05  # which is rounded
     assert (score["beyond_bound_mm"], score["certified"], score["whole"]) == (0.0, True, True)
     with services.runs.laid_out(stored.id) as place:
         run = Run.read(place)
+    task = services.run_scores.task(stored.id)
+    assert (task.moments, task.at(0.0)) == ((), None)  # it was of none
     assert any(event.kind == "adopt" for event in run.events)
     again = replay(run, spec_of(run), keep_states=False)
     assert (again.first_difference, again.largest_difference) == (None, 0.0)

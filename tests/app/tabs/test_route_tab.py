@@ -9,6 +9,7 @@ import pytest
 from lumen_cases import ENTRY, RADIUS_MM, route_in, tube
 from session_doubles import CLIENT, HEAD, Heard, Now, sections_of, send
 
+from app.cases.model import CAVITY_PHANTOM
 from app.lumen.marks import MARK_KINDS, MarkKind
 from app.scene.dragging import DragEvent
 from app.scene.view import ClickRay
@@ -80,6 +81,16 @@ def test_where_the_tip_stops_is_marked_unless_it_is_the_end(opened: Opened) -> N
     ((stop),) = layer.key
     assert stop.name == f"Tip stops, {reach:.0f} mm"
     np.testing.assert_allclose(stop.position, [0.0, 0.0, ENTRY[2] + reach], atol=8.0)
+
+
+def test_a_robot_on_a_fixed_base_has_a_reach_and_no_place_where_its_tip_stops(phantom_services: Services) -> None:
+    workspace = Workspace(CLIENT, phantom_services, Now(), lambda request: request())
+    tab = RouteTab(workspace)
+    tab.active = True
+    workspace.open_case(CAVITY_PHANTOM)
+    path = sections_of(tab)["route_path"]
+    assert (path["state"], path["limit"], path["reach_mm"]) == ("ready", "base", 140.0)  # five links of 28 mm
+    assert "route.stop" not in [layer.name for layer in tab.layers()]
 
 
 def test_the_chosen_contour_stays_chosen_until_it_is_gone(opened: Opened) -> None:

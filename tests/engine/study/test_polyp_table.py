@@ -13,20 +13,23 @@ import pytest
 from vfix_engine.anatomy.lumen.colon_case import colon_case
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
+from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.pathway.pathway import Pathway
 from vfix_engine.pathway.pathway_surface import pathway_surface
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.command import COMMAND_SIZE
 from vfix_engine.runtime.requests import Reset
 from vfix_engine.runtime.run import Run, RunWriter
-from vfix_engine.study.lumen import score_lumen_run
+from vfix_engine.study.lumen import TaskItem, score_lumen_run, task_replay
 from vfix_engine.study.lumen.deviation import deviation_of, episodes
 from vfix_engine.study.polyps.figures import polyp_figures
+from vfix_engine.study.polyps.live import PolypMoment
 from vfix_engine.study.polyps.placing import WallPlaces
 from vfix_engine.study.polyps.printed import PROUD_MM
 from vfix_engine.study.polyps.progress import PolypProgress
 from vfix_engine.study.polyps.seen import FAR_MM, seen_share
 from vfix_engine.study.polyps.series import PolypSeries, polyp_series, task_note
+from vfix_engine.study.polyps.sight import LumenSight
 from vfix_engine.study.polyps.table import PRINTED, beyond_bound_mm, polyp_table, table_iii
 from vfix_engine.study.polyps.task import Polyp, PolypTask, surface_hash
 from vfix_engine.worlds.snake import DriveSpec
@@ -122,6 +125,60 @@ def test_a_task_may_begin_within_a_run(reset: bool, series: PolypSeries, tmp_pat
     assert table_iii(later).to_dict() == pytest.approx(table_iii(series).to_dict())
 
 
+@pytest.mark.parametrize(("before", "reset"), [(0, False), (5, False), (5, True)])
+def test_a_task_is_replayed_at_every_moment_as_the_run_says(before: int, reset: bool, tmp_path: Path) -> None:
+    run, wall = written(tmp_path / "run", before=before, reset=reset), _tube()
+    series, replay = polyp_series(run, LumenSight(wall, TASK)), task_replay(run, 20.0, wall)
+    assert len(replay.t) == 1 + len(EYE)  # steps of 0.5 s, of which none is left out
+    begin, *after = replay.moments
+    assert isinstance(begin, PolypMoment)
+    assert begin.progress == PolypProgress.at_start(TASK)
+    assert (replay.t[0], replay.at(series.start_t)) == (pytest.approx(series.start_t), begin)
+    assert replay.at(series.start_t - 0.1) is None  # it had not begun
+    for step, moment in enumerate(after):
+        assert isinstance(moment, PolypMoment)
+        known = min(step, len(series.t) - 1)  # nothing changes after its end
+        assert (moment.progress.viewed, moment.progress.marker) == (series.viewed[known], series.marker[known])
+        assert replay.at(float(replay.t[1 + step]) + 0.01) is moment
+    assert [series.viewed.sum(), series.progress.cleared] == [6 + 15, 1]
+    last = replay.moments[-1]
+    assert isinstance(last, PolypMoment)
+    assert last.progress == series.progress
+
+
+def test_between_two_moments_every_step_counts(tmp_path: Path) -> None:
+    run, wall = written(tmp_path / "run"), _tube()
+    coarse = task_replay(run, 1.0, wall)
+    assert len(coarse.t) == 1 + math.ceil(len(EYE) * DT)
+    last = coarse.moments[-1]
+    assert isinstance(last, PolypMoment)
+    assert last.progress == polyp_series(run, LumenSight(wall, TASK)).progress
+
+
+def test_a_replay_without_the_wall_of_its_task_is_refused_and_a_run_of_none_has_no_moment(tmp_path: Path) -> None:
+    run = written(tmp_path / "run", task=replace(TASK, surface="sha256:of-no-colon"))
+    with pytest.raises(InputError, match="surface is missing"):
+        task_replay(run, 20.0, _tube())
+    assert task_replay(replace(run, events=()), 20.0, _tube()).at(1.0) is None
+
+
+def test_a_score_lists_each_polyp_by_its_number(tmp_path: Path) -> None:
+    run = written(tmp_path / "run")
+    seen, unseen = (score_lumen_run(run, wall=wall).task for wall in (_tube(), None))
+    assert seen is not None
+    assert unseen is not None
+    series = polyp_series(run, LumenSight(_tube(), TASK))
+    assert seen.items == (TaskItem("Polyp 1", series.progress.viewings[0].cleared_t), TaskItem("Polyp 2", None))
+    assert seen.items[0].done_s is not None
+    assert unseen.items == ()
+
+
+def _tube() -> TriangleMesh:
+    """A surface about the z axis, in which every line of sight is free."""
+    line = np.column_stack([np.zeros((9, 2)), np.linspace(0.0, 240.0, 9)])
+    return pathway_surface(Pathway(line, np.full(9, 16.0), 121))
+
+
 def test_a_run_without_a_task_is_refused(tmp_path: Path) -> None:
     run = written(tmp_path / "run")
     with pytest.raises(InputError, match="no polyps were looked for"):
@@ -169,8 +226,7 @@ def test_the_score_of_a_run_and_table_iii_have_the_same_deviation(tmp_path: Path
 
 def test_without_its_surface_a_task_is_completed_and_its_views_are_not_scored(tmp_path: Path) -> None:
     run = written(tmp_path / "run", task=replace(TASK, surface="sha256:of-no-colon"))
-    tube = Pathway(np.column_stack([np.zeros((9, 2)), np.linspace(0.0, 240.0, 9)]), np.full(9, 16.0), 121)
-    other = pathway_surface(tube)
+    other = _tube()
     for wall in (None, other):  # another surface than that of the task is none either
         score = score_lumen_run(run, wall=wall)
         assert score.task is not None

@@ -25,10 +25,27 @@ class CutWay(NamedTuple):
     red: BoolArray
 
 
+class LabelMoment:
+    """Study II at one moment, as it is shown: the labels, and their state then."""
+
+    def __init__(
+        self, labels: tuple[Label, ...], state: DiathermyState, way: list[tuple[float, float, float, bool]]
+    ) -> None:
+        """way: of the drive, which may grow: what is there now belongs to this moment."""
+        self.labels, self.state = labels, state
+        self._way, self._count = way, len(way)
+
+    @property
+    def way(self) -> CutWay:
+        """Places at least ``WAY_MM`` apart, and where cutting began or ended."""
+        kept = np.array(self._way[: self._count], dtype=np.float64).reshape(-1, 4)
+        return CutWay(kept[:, :3], kept[:, 3] > 0.0)
+
+
 class LiveLabels:
     """Steps the task with the rows of a drive; after the same rows its state equals that of ``measured``.
 
-    state: after the rows so far. For a drive whose task begins before its first step.
+    moment: after the rows so far. The first row is the first one of the task.
 
     Args:
         columns: of the lines that are read, as ``RowReader.columns``. sight: in the cavity of the drive.
@@ -37,9 +54,13 @@ class LiveLabels:
     def __init__(self, labels: Sequence[Label], snake: SnakeModel, columns: Sequence[Column], sight: Sight) -> None:
         self._labels, self._snake, self._sight = tuple(labels), snake, sight
         self._at = {column.name: place for place, column in enumerate(columns[COMMAND_SIZE:])}
-        # one list, as another thread may read it between two steps
-        self._way: list[tuple[float, float, float, bool]] = []
-        self.state: DiathermyState = first_state(self._labels)
+        self._way: list[tuple[float, float, float, bool]] = []  # only ever added to, as moments share it
+        self.moment = LabelMoment(self._labels, first_state(self._labels), self._way)
+
+    @property
+    def state(self) -> DiathermyState:
+        """After the rows so far."""
+        return self.moment.state
 
     @property
     def completed(self) -> bool:
@@ -48,9 +69,8 @@ class LiveLabels:
 
     @property
     def way(self) -> CutWay:
-        """Places at least ``WAY_MM`` apart, and where cutting began or ended."""
-        kept = np.array(self._way.copy(), dtype=np.float64).reshape(-1, 4)
-        return CutWay(kept[:, :3], kept[:, 3] > 0.0)
+        """As of ``moment``."""
+        return self.moment.way
 
     def read(self, lines: Array) -> DiathermyState:
         """Step with lines (n, w), each a command and a row."""
@@ -66,7 +86,7 @@ class LiveLabels:
             self._keep(tip, state.cutting)
             if state.done:
                 break
-        self.state = state
+        self.moment = LabelMoment(self._labels, state, self._way)
         return state
 
     def _keep(self, tip: Array, red: bool) -> None:

@@ -6,11 +6,14 @@ from typing import Any
 
 from ...anatomy.lumen.wall import Wall
 from ...arrays import Array
+from ...errors import InputError
 from ...geometry.mesh import TriangleMesh
 from ...runtime.run import Run
+from ...worlds.registry import spec_of
 from ...worlds.snake.cavity import cavity_case
-from ..lumen.task_rows import TaskRow, TaskScore, begun_at
+from ..lumen.task_rows import TaskItem, TaskRow, TaskScore, begun_at
 from ..polyps.task import surface_hash
+from .live import LiveLabels
 from .table import NOTE, measured, seed_of, surface_of, task_begun, task_of
 from .task import DiathermyState, Sight, table_iv
 
@@ -23,6 +26,7 @@ _MEANS = (
 
 
 _LACKING = "Labels are not scored: the cavity's surface is missing."
+_NO_WALL = "the cavity's surface is missing, so when a label was traced is not known; open the case it was driven in"
 _TITLE = "Labels"
 
 
@@ -56,7 +60,9 @@ def task_score(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
     ]
     rows += [TaskRow(name, _mean(state, key), unit, digits) for key, name, unit, digits in _MEANS]
     result = f"{state.traced} of {len(state.labels)} labels traced" if scored else ""
-    return TaskScore(_TITLE, state.done, tuple(rows), lacking="" if scored else _LACKING, result=result)
+    done = [one.done_s for one in state.labels] if scored else []
+    items = tuple(TaskItem(f"Label {number}", at) for number, at in enumerate(done, start=1))
+    return TaskScore(_TITLE, state.done, tuple(rows), lacking="" if scored else _LACKING, result=result, items=items)
 
 
 def task_figures(run: Run, wall: TriangleMesh | None) -> dict[str, float | None] | None:
@@ -71,6 +77,23 @@ def task_figures(run: Run, wall: TriangleMesh | None) -> dict[str, float | None]
     counts = {"labels_traced": state.traced, "labels_missed": len(state.labels) - state.traced}
     means = {f"label_{key}": _mean(state, key) for key, *_ in _MEANS}
     return {name: float(count) if scored else None for name, count in counts.items()} | means
+
+
+def task_live(run: Run, wall: TriangleMesh | None) -> tuple[LiveLabels, int] | None:
+    """The task of a run of study II before its first step, and the number of that step; None for a run of none.
+
+    Raises InputError for a run whose task is damaged or has no steps, and where the cavity's surface is missing.
+    """
+    if not task_begun(run):
+        return None
+    labels, first = task_of(run)
+    spec: Any = spec_of(run)
+    sight = _sight(surface_of(run), wall)
+    if first >= len(run.ticks) or getattr(spec, "snake", None) is None:
+        raise InputError("the run has no steps of a snake that traces labels")
+    if sight is None:
+        raise InputError(_NO_WALL)
+    return LiveLabels(labels, spec.snake, run.tick_columns, sight), first
 
 
 def _read(run: Run, wall: TriangleMesh | None) -> tuple[DiathermyState, bool]:

@@ -14,12 +14,14 @@ if TYPE_CHECKING:
     from .samples import LumenSamples, lumen_samples_of
     from .score import LumenScore, score_lumen_run
     from .series import LumenSeries, lumen_series_of
-    from .task_rows import TASKS, TaskRow, TaskScore
+    from .task_replay import TaskReplay, task_replay
+    from .task_rows import TASKS, TaskItem, TaskRow, TaskScore
 
 _WHERE = {
     "BehindWall": "behind_wall", "LumenSamples": "samples", "LumenScore": "score", "LumenSeries": "series",
-    "TASKS": "task_rows", "TaskRow": "task_rows", "TaskScore": "task_rows", "lumen_holds_of": "holds",
-    "lumen_samples_of": "samples", "lumen_series_of": "series", "score_lumen_run": "score",
+    "TASKS": "task_rows", "TaskItem": "task_rows", "TaskReplay": "task_replay", "TaskRow": "task_rows",
+    "TaskScore": "task_rows", "lumen_holds_of": "holds", "lumen_samples_of": "samples", "lumen_series_of": "series",
+    "score_lumen_run": "score", "task_replay": "task_replay",
 }  # fmt: skip
 
 __all__ = [
@@ -28,12 +30,15 @@ __all__ = [
     "LumenSamples",
     "LumenScore",
     "LumenSeries",
+    "TaskItem",
+    "TaskReplay",
     "TaskRow",
     "TaskScore",
     "lumen_holds_of",
     "lumen_samples_of",
     "lumen_series_of",
     "score_lumen_run",
+    "task_replay",
 ]
 
 

@@ -124,6 +124,13 @@ def lumen_samples_of(run: Run, spec: SystemSpec | None = None) -> LumenSamples:
     )
 
 
+def last_of_intervals(t: Array, rate_hz: float) -> IndexArray:
+    """Of samples at ``t`` (n,), s, ascending, the last one in every interval of ``1 / rate_hz`` that has any."""
+    interval = np.floor(t * rate_hz * (1.0 - 1e-9)).astype(np.int64)
+    last: IndexArray = np.flatnonzero(np.diff(interval, append=interval[-1] + 1))
+    return last
+
+
 def _check_rows(rows: Array, at: dict[str, int]) -> None:
     """Refuse what no comparison would tell: NaN is below no bound. Raises InputError."""
     for name, place in at.items():

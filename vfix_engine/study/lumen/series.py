@@ -11,7 +11,7 @@ from ...errors import InputError
 from ...robots.snake_kernel import snake_frames
 from ...runtime.run import Run
 from ...runtime.system import SystemSpec
-from .samples import LumenSamples, lumen_samples_of
+from .samples import LumenSamples, last_of_intervals, lumen_samples_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,9 +61,9 @@ def lumen_series_of(run: Run, rate_hz: float, spec: SystemSpec | None = None) ->
     if not rate_hz > 0.0:
         raise InputError(f"series are made at a positive rate in Hz, not at {rate_hz!r:.40}")
     samples = lumen_samples_of(run, spec)
-    interval = np.floor(samples.t * rate_hz * (1.0 - 1e-9)).astype(np.int64)
-    first = np.flatnonzero(np.diff(interval, prepend=-1))
-    last = np.append(first[1:], len(samples.t)) - 1
+    last = last_of_intervals(samples.t, rate_hz)
+    first = np.append(0, last[:-1] + 1)
+    interval = np.repeat(np.arange(len(last)), np.diff(last, prepend=-1))
     nearest = _of_largest(np.nan_to_num(samples.deviation / samples.bound, nan=-1.0), interval, last)
     held = np.logical_or.reduceat(samples.held, first)
     began = _of_largest(samples.held.astype(np.float64), interval, last, earliest=True)

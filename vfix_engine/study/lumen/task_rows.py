@@ -25,11 +25,19 @@ class TaskRow:
 
 
 @dataclass(frozen=True)
+class TaskItem:
+    """One polyp or label of a task. name: with its number, as in the pictures; done_s: when, None where it was not."""
+
+    name: str
+    done_s: float | None
+
+
+@dataclass(frozen=True)
 class TaskScore:
     """What a run of a task is worth.
 
     title: of the task; completed: it was done to its end; rows: in their order. result: the outcome in words.
-    lacking: what of it is not known and why, '' for nothing.
+    lacking: what of it is not known and why, '' for nothing. items: by their numbers, none where views are not known.
     """
 
     title: str
@@ -37,9 +45,11 @@ class TaskScore:
     rows: tuple[TaskRow, ...]
     lacking: str = ""
     result: str = ""
+    items: tuple[TaskItem, ...] = ()
 
 
-# Modules with functions `task_score`, `task_figures` and `task_told` as those below: None for a run of no such task.
+# Modules with functions `task_score`, `task_figures`, `task_told` as those below, and `task_live` as `task_replay` has
+# it: None for a run of no such task.
 TASKS = ["vfix_engine.study.polyps.rows", "vfix_engine.study.diathermy.rows"]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,12 +20,24 @@ PICTURE_DEG = 35.0  # half of the picture's opening
 FAR_MM = 60.0  # from which a polyp is hardly seen
 
 
+@dataclass(frozen=True, eq=False)
+class PolypMoment:
+    """Study I at one moment, as it is shown. motion: of the tissue, None where it is still.
+
+    in_picture: of the polyp that is aimed at and not viewed: it can be seen all the same, in the picture of
+    ``PICTURE_DEG`` to each side and with a free line of sight.
+    """
+
+    task: PolypTask
+    motion: TissueMotion | None
+    progress: PolypProgress
+    in_picture: bool = False
+
+
 class LiveProgress:
     """Steps ``PolypProgress`` with the rows of a drive; after the same rows it equals that of ``polyp_series``.
 
-    progress: after the rows so far. in_picture: of the polyp that is aimed at and not viewed: it can be seen all the
-    same, in the picture of ``PICTURE_DEG`` to each side and with a free line of sight.
-    For a drive whose task begins before its first step.
+    moment: after the rows so far. The first row is the first one of the task.
 
     Args:
         motion: of the drive's tissue. columns: of the lines that are read, as ``RowReader.columns``.
@@ -36,8 +49,12 @@ class LiveProgress:
         self._task, self._snake, self._motion, self._sight = task, snake, motion, sight
         self._at = {column.name: place for place, column in enumerate(columns[COMMAND_SIZE:])}
         self._still = task.targets()
-        self.progress = PolypProgress.at_start(task)
-        self.in_picture = False
+        self.moment = PolypMoment(task, motion, PolypProgress.at_start(task))
+
+    @property
+    def progress(self) -> PolypProgress:
+        """After the rows so far."""
+        return self.moment.progress
 
     @property
     def completed(self) -> bool:
@@ -48,13 +65,13 @@ class LiveProgress:
         """Step with lines (n, w), each a command and a row."""
         rows = np.ascontiguousarray(lines[:, COMMAND_SIZE:])
         at, progress = self._at, self.progress
-        if not progress.completed and len(rows):
-            tip, times = rows[:, at["tip_s"]].tolist(), rows[:, at["t"]].tolist()
-            for camera, s, t in zip(cameras(self._snake, rows, at), tip, times, strict=True):
-                targets = self._still if self._motion is None else self._task.targets(self._motion, t)
-                progress = progress.step(self._task, camera, s, t, targets, self._sight)
-            self.in_picture = self._in_picture(progress, camera)
-        self.progress = progress
+        if progress.completed or not len(rows):
+            return progress
+        tip, times = rows[:, at["tip_s"]].tolist(), rows[:, at["t"]].tolist()
+        for camera, s, t in zip(cameras(self._snake, rows, at), tip, times, strict=True):
+            targets = self._still if self._motion is None else self._task.targets(self._motion, t)
+            progress = progress.step(self._task, camera, s, t, targets, self._sight)
+        self.moment = PolypMoment(self._task, self._motion, progress, self._in_picture(progress, camera))
         return progress
 
     def _in_picture(self, progress: PolypProgress, camera: Array) -> bool:

@@ -7,10 +7,12 @@ from typing import Any
 
 from ...anatomy.lumen.colon_case import colon_case
 from ...arrays import Array
+from ...errors import InputError
 from ...geometry.mesh import TriangleMesh
 from ...runtime.run import Run
 from ...worlds.registry import spec_of
-from ..lumen.task_rows import TaskRow, TaskScore, begun_at
+from ..lumen.task_rows import TaskItem, TaskRow, TaskScore, begun_at
+from .live import LiveProgress
 from .series import NOTE, PolypSeries, polyp_series, task_begun, task_of
 from .sight import LumenSight
 from .table import TableIII, table_iii
@@ -45,6 +47,7 @@ _ROWS = (
 
 _BY_SIGHT = ("polyps_missed", "distance_error_mm", "angle_error_deg", "times_missed")
 _LACKING = "Views are not scored: the lumen's surface is missing."
+_NO_WALL = "the lumen's surface is missing, so when a polyp was viewed is not known; open the case it was driven in"
 _TITLE = "Polyps"
 
 
@@ -75,7 +78,9 @@ def task_score(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
     count = len(series.task.polyps)
     result = f"{count - table.polyps_missed} of {count} polyps viewed" if seen else ""
     lacking = "" if seen else _LACKING
-    return TaskScore(_TITLE, series.progress.completed, rows, lacking=lacking, result=result)
+    viewings = series.progress.viewings if seen else ()
+    items = tuple(TaskItem(f"Polyp {number}", one.cleared_t) for number, one in enumerate(viewings, start=1))
+    return TaskScore(_TITLE, series.progress.completed, rows, lacking=lacking, result=result, items=items)
 
 
 def task_figures(run: Run, wall: TriangleMesh | None) -> dict[str, float | None] | None:
@@ -88,6 +93,24 @@ def task_figures(run: Run, wall: TriangleMesh | None) -> dict[str, float | None]
     series, seen = _read(run, wall)
     figures = table_iii(series).to_dict()
     return {name: value if seen or name not in _BY_SIGHT else None for name, value in figures.items()}
+
+
+def task_live(run: Run, wall: TriangleMesh | None) -> tuple[LiveProgress, int] | None:
+    """The task of a run of study I before its first step, and the number of that step; None for a run of none.
+
+    Raises InputError for a run whose task is damaged or has no steps, and where the lumen's surface is missing.
+    """
+    if not task_begun(run):
+        return None
+    task, first = task_of(run)
+    spec: Any = spec_of(run)
+    surface = _surface(task, wall)
+    if first >= len(run.ticks) or getattr(spec, "snake", None) is None:
+        raise InputError("the run has no steps of a snake that looks for polyps")
+    if surface is None:
+        raise InputError(_NO_WALL)
+    sight = LumenSight(surface, task, spec.tissue)
+    return LiveProgress(task, spec.snake, spec.tissue, run.tick_columns, sight), first
 
 
 def _read(run: Run, wall: TriangleMesh | None) -> tuple[PolypSeries, bool]:

@@ -27,7 +27,7 @@ from .offline.operators import inserted
 from .offline.snake_drive import SnakeDrive
 from .settings import DriveSettings
 
-ReachLimit = Literal["end", "links", "narrow", "bound", "shape"]
+ReachLimit = Literal["end", "links", "narrow", "bound", "shape", "base"]
 
 _UNLIMITED = 20.0  # [rad/s] of the joints: no step of a shape is cut by it
 _ATTEMPTS = 1  # to come again with other shapes, after the first hold
@@ -53,9 +53,9 @@ class Reach:
     """How deep a robot comes.
 
     depth_mm: of its tip along the curve that it follows (``driven_curve``), of ``path_mm``. limit: what ends it there:
-    the path's 'end', too few 'links', a 'narrow' place, the 'bound' of a link, or no 'shape' that conforms; words:
-    the same for people. at_lps: (3,) LPS mm, the place it is held at: the narrow place, the vertex beyond its bound, or
-    the tip.
+    the path's 'end', too few 'links', a 'narrow' place, the 'bound' of a link, or no 'shape' that conforms; 'base': it
+    stands on a fixed base, and comes so far from there. words: the same for people. at_lps: (3,) LPS mm, the place it
+    is held at: the narrow place, the vertex beyond its bound, or the tip.
     narrowest: of the pathway, up to the target. offers: what would come deeper, the deepest first.
     behind_wall: how much of the pathway's surface is outside the lumen; None: no surface was given. A link within its
     bound there can be so deep behind the wall.

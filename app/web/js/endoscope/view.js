@@ -120,7 +120,7 @@ export class EndoscopeView {
       return;
     }
     const places = curve?.points ?? [];
-    const { now: task = null, labels = null } = (live && state.drive_task) || {}; // its polyps are drawn as such
+    const { now: task = null, labels = null } = (live ? state.drive_task : replayedTask(state)) ?? {}; // its polyps are drawn as such
     const targets = [...((driven ?? plan)?.targets ?? []).map(({ position }) => position), ...(task ? [] : route?.marks ?? []).map(({ at }) => at)];
     this.changedPlan([places, targets], () => {
       this.renderer?.overlay.set(places, targets);
@@ -331,6 +331,14 @@ function handWords({ hand, own }) {
 function replayedPose() {
   const [tool] = replay.tools, [part] = tool?.segments ?? [];
   return tool?.camera ? tool.camera : part ? { tip: part[1], shaft: minus(part[1], part[0]), side: tool.side } : null;
+}
+
+/**
+ * The task of that run, at the moment that is shown.
+ * @param {ViewModel} state
+ */
+function replayedTask({ replayed_task: told }) {
+  return told && told.run === replay.tools[0]?.key ? told : null;
 }
 
 /**
