@@ -61,6 +61,10 @@ def test_two_polyps_are_looked_at_by_the_wheel(open_page: Open, rest: Rest, tmp_
     station.wait_for("its end", lambda: _now(station)["cleared"] >= 1)  # it stands still meanwhile
     station.wait_for("the second one", lambda: _now(station)["cleared"] == 2)
     assert page.evaluate("vfix.endoscope.renderer.bumps.all.length") == 0
+    station.wait_for("the rings", lambda: page.evaluate("vfix.endoscope.renderer.overlay.done?.count") == 2)
+    page.locator("#panel").evaluate("(panel) => panel.scrollTo(0, panel.scrollHeight)")
+    for button in ("#start", "#finish-run"):
+        expect(page.locator(button)).to_be_in_viewport(ratio=1.0)
     station.picture("task-cleared")
     card = page.locator("#end-card")
     station.wait_for("the end", lambda: "Task completed" in card.inner_text() or _inserted(page), DRIVEN_S)

@@ -20,6 +20,8 @@ test("a label is a disc about its middle, and its arrow ends at its tip", () => 
   const all = labelTriangles([LABEL]);
   const paper = corners(all, COLOURS.paper).map(([x, y]) => Math.hypot(x - 10, y - 20));
   assert.ok(Math.abs(Math.max(...paper) - RADIUS_MM) < 1e-4);
+  const rim = corners(all, COLOURS.rim).map(([x, y]) => Math.hypot(x - 10, y - 20));
+  assert.ok(Math.min(...rim) > 0.9 * RADIUS_MM && Math.max(...rim) < RADIUS_MM + 1e-4);
   const arrow = corners(all, COLOURS.ink).map(([x]) => x - 10);
   assert.deepEqual([Math.min(...arrow), Math.max(...arrow)], [-HALF_MM, HALF_MM]);
 });

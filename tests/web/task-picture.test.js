@@ -42,6 +42,7 @@ test("the arrow on the rim points to the side, with the label's number", () => {
   const pointer = new LabelPointer();
   pointer.show({ number: 3, right: -1, down: 0, behind: true });
   assert.equal(pointer.words.textContent, "Label 3, behind");
+  assert.equal(pointer.words.attributes.get("text-anchor"), "start", "they begin beside it");
   assert.match(pointer.arrow.attributes.get("d"), /^M7\.5 50\.0L11\.5 /u, "its tip is on the left");
   pointer.show(null);
   assert.equal(pointer.element.hidden, true);

@@ -9,7 +9,8 @@ import { HALF_MM } from "./task-labels.js";
 
 const CENTRE = 50; // of the picture's hundred
 const [TIP, BACK, HALF] = [42.5, 38.5, 2.4]; // of the arrow: its ends from the centre, and half its width
-const WORDS = 33; // from the centre
+const WORDS = 36.5; // from the centre, to where they end
+const ASIDE = 0.4; // more to a side than that, they end beside the arrow, not below or above it
 const RIM = Math.tan((FIELD / 2) * (Math.PI / 180));
 
 /** number: of the label, from 1. right, down: unit, in the picture. behind: more than a right angle off. @typedef {{ number: number, right: number, down: number, behind: boolean }} LabelWay */
@@ -33,7 +34,7 @@ export function wayTo({ eye, right, above, ahead }, labels) {
 export class LabelPointer {
   constructor() {
     this.arrow = svg("path", {});
-    this.words = svg("text", { "text-anchor": "middle", "dominant-baseline": "central" });
+    this.words = svg("text", { "dominant-baseline": "central" });
     this.element = h("div", { class: "scope-arc scope-way", id: "label-way", hidden: true }, svg("svg", { viewBox: "0 0 100 100" }, this.arrow, this.words));
   }
 
@@ -44,6 +45,7 @@ export class LabelPointer {
     const { number, right, down, behind } = way;
     const at = (/** @type {number} */ out, /** @type {number} */ aside) => `${(CENTRE + out * right - aside * down).toFixed(1)} ${(CENTRE + out * down + aside * right).toFixed(1)}`;
     this.arrow.setAttribute("d", `M${at(TIP, 0)}L${at(BACK, HALF)}L${at(BACK, -HALF)}Z`);
+    this.words.setAttribute("text-anchor", right > ASIDE ? "end" : right < -ASIDE ? "start" : "middle");
     this.words.setAttribute("x", (CENTRE + WORDS * right).toFixed(1));
     this.words.setAttribute("y", (CENTRE + WORDS * down).toFixed(1));
     this.words.textContent = `Label ${number}${behind ? ", behind" : ""}`;

@@ -7,11 +7,12 @@ import { FLAT_FRAGMENT, FLAT_VERTEX } from "./shaders.js";
 
 export const RADIUS_MM = 16.5, HALF_MM = 10; // of a label, and of its arrow
 const AROUND = 48; // pieces of a disc
+const RIM_MM = 0.8; // width
 const [SHAFT_MM, HEAD_MM, OBJECT_MM] = [0.35, 2.2, 0.9]; // half widths, and the length of the head
 /** Towards the camera, so that what lies on a label is drawn before it. @type {[number, number]} */
 const LIFTED_MM = [0.3, 0.6];
-/** Paper, the same of a label that is done, ink, and the object: none is the page's blue, and all are read on tissue. @type {Record<"paper" | "done" | "ink" | "object", Triple>} */
-export const COLOURS = { paper: [0.97, 0.95, 0.88], done: [0.5, 0.85, 0.62], ink: [0.12, 0.1, 0.14], object: [1, 0.8, 0.1] };
+/** Paper, the same of a label that is done, its dark rim, ink, and the object: none is the page's blue, and all are read on tissue. @type {Record<"paper" | "done" | "rim" | "ink" | "object", Triple>} */
+export const COLOURS = { paper: [0.97, 0.95, 0.88], done: [0.5, 0.85, 0.62], rim: [0.3, 0.22, 0.24], ink: [0.12, 0.1, 0.14], object: [1, 0.8, 0.1] };
 const FLOATS = 9; // place, normal, colour
 
 /**
@@ -30,6 +31,8 @@ export function labelTriangles(labels) {
     for (let i = 0; i < AROUND; i++) {
       const rim = (/** @type {number} */ k) => /** @type {[number, number]} */ ([RADIUS_MM * Math.cos((2 * Math.PI * k) / AROUND), RADIUS_MM * Math.sin((2 * Math.PI * k) / AROUND)]);
       add([[0, 0], rim(i), rim(i + 1)], done ? COLOURS.done : COLOURS.paper, 0);
+      const inner = (/** @type {number} */ k) => /** @type {[number, number]} */ (rim(k).map((x) => x * (1 - RIM_MM / RADIUS_MM)));
+      add([inner(i), rim(i), rim(i + 1), inner(i), rim(i + 1), inner(i + 1)], COLOURS.rim, LIFTED_MM[0] / 2);
     }
     box(-HALF_MM, HALF_MM - HEAD_MM, SHAFT_MM, COLOURS.ink, LIFTED_MM[0]);
     add([[HALF_MM - HEAD_MM, -0.7 * HEAD_MM], [HALF_MM, 0], [HALF_MM - HEAD_MM, 0.7 * HEAD_MM]], COLOURS.ink, LIFTED_MM[0]);
