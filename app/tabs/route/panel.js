@@ -139,7 +139,7 @@ export default class RoutePanel {
     const bound = (/** @type {number | null} */ value) => this.connection.send("route.bound", { bound_mm: value });
     const auto = (/** @type {string} */ title) => ({ placeholder: "auto", title });
     const number = (/** @type {string} */ label, /** @type {HTMLInputElement} */ input, /** @type {unknown} */ help = "") => html`<div class="field"><span class="field-label"><label for=${input.id}>${label}</label>${help ? html` ${more(help)}` : ""}</span>${input}</div>`;
-    return titled("Robot", null, html`<div class="fields three">
+    return titled("Robot", null, html`<div class="fields two">
       ${ROBOT.map(([name, label, low, high]) => number(label, this.numbers.of(`route-${name}`, {
     low, high, value: route[name], off, changed: (value) => change({ [name]: name === "links" ? Math.round(value) : value }),
     ...(name === "links" ? { emptied: () => change({ links: null }) } : {}),
