@@ -15,7 +15,7 @@ def dragged(hand: SnakeHand, messages: int, seconds: float = 0.2, hold_s: float 
     hand.drag(0.0, 0.0)
     for part in np.linspace(0.0, 1.0, messages + 1)[1:]:
         hand.run(seconds / messages)
-        hand.drag(*(part * WAY).tolist())
+        hand.drag(float(part * WAY[0]), float(part * WAY[1]))
     hand.run(hold_s)
     return hand
 
@@ -32,9 +32,10 @@ def test_the_view_comes_to_the_same_place_by_few_messages_and_many_and_where_ste
 def test_after_the_release_nothing_moves() -> None:
     hand = SnakeHand()
     hand.drag(0.0, 0.0)
-    hand.drag(*WAY.tolist())
+    right, down = float(WAY[0]), float(WAY[1])
+    hand.drag(right, down)
     hand.run(0.1)
-    hand.drag(*WAY.tolist(), held=False)
+    hand.drag(right, down, held=False)
     q = hand.state.q
     hand.run(0.3)
     np.testing.assert_array_equal(hand.state.q, q)
