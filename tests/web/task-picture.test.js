@@ -64,6 +64,6 @@ test("a polyp that is cleared is a tick, then a ring, and no ball any more; a la
   picture.show(null, null);
   picture.show(null, /** @type {any} */ ({ labels: [label([0, 0, 9])] }));
   picture.show(null, /** @type {any} */ ({ labels: [label([0, 0, 9], 10)] }));
-  assert.deepEqual([drawn.done, drawn.fresh], [[], [[0, 0, 9]]]);
+  assert.deepEqual([drawn.done, drawn.fresh], [[], [[10, 0, 9]]], "at the arrow's tip");
   mock.timers.reset();
 });

@@ -1,5 +1,6 @@
 // What the picture shows of a task: the polyps and their aiming frame, or the labels with the marker, and what is done.
 import { whenChanged } from "../dom.js";
+import { plus } from "../slices/vectors.js";
 import { AimFrame, AimMarker } from "./aim-frame.js";
 import { markerColour } from "./bumps.js";
 import { DoneMarks } from "./done-marks.js";
@@ -67,10 +68,10 @@ export class TaskPicture {
     this.way.show(lens && this.labels ? wayTo(lens, this.labels.labels) : null);
   }
 
-  /** A ring where a polyp was, and for a moment a tick, as on a label: what is left of that has its own colour. */
+  /** A ring where a polyp was, and for a moment a tick, as at the tip of a label's arrow: what is left of that has its own colour. */
   mark() {
     const polyps = (this.polyps?.polyps ?? []).map(({ at, cleared }) => ({ at, done: cleared }));
-    const labels = (this.labels?.labels ?? []).map(({ centre, end_mm: end }) => ({ at: centre, done: end >= HALF_MM }));
+    const labels = (this.labels?.labels ?? []).map(({ centre, along, end_mm: end }) => ({ at: plus(centre, along, HALF_MM), done: end >= HALF_MM })); // where the eyes are then
     const marks = [...polyps, ...labels];
     const fresh = marks.filter(({ done }, index) => done && this.done.isFresh(index));
     this.renderer()?.overlay.setDone(polyps.filter((one) => one.done && !fresh.includes(one)).map(({ at }) => at), fresh.map(({ at }) => at));
