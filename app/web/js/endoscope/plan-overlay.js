@@ -20,6 +20,8 @@ const PATH_INK = [0.43, 0.7, 0.95]; // as in scene and slices
 const TARGET_INK = [0.9, 0.56, 0.82];
 /** @type {Triple} */
 const DONE_INK = [0.33, 0.8, 0.51];
+/** @type {Triple} */
+const TICK_INK = [0.1, 0.5, 0.27]; // under a white tick, on tissue and on a label
 
 export class PlanOverlay {
   /** @param {WebGL2RenderingContext} gl */
@@ -90,7 +92,7 @@ export class PlanOverlay {
     }
     this.points(this.ring, this.targets, RING_PX * larger, TARGET_INK, lens);
     this.points(this.ring, this.done, RING_PX * larger, DONE_INK, lens);
-    this.points(this.tick, this.fresh, TICK_PX * larger, DONE_INK, lens);
+    this.points(this.tick, this.fresh, TICK_PX * larger, TICK_INK, lens);
     gl.depthMask(true);
     gl.disable(gl.BLEND);
   }

@@ -99,8 +99,8 @@ void main() {
 #ifdef TICK
   vec2 q = gl_PointCoord * 2.0 - 1.0;  // to the right and down
   float arm = min(away(q, vec2(-0.42, 0.02), vec2(-0.12, 0.34)), away(q, vec2(-0.12, 0.34), vec2(0.44, -0.32)));
-  float r = length(q);
-  if (arm > 0.1 && (r > 1.0 || r < 0.84)) discard;
+  if (length(q) > 1.0) discard;
+  if (arm < 0.11) { drawn = vec4(1.0, 1.0, 1.0, ink.a); return; }
 #endif
   drawn = ink;
 }`;
