@@ -74,8 +74,8 @@ class LabelNodes:
         self._done.show(np.concatenate(none + [part(one) for one in done for part in (_rim, _arrow)]))
         for one in labels[len(self._names) :]:
             name, at = f"/drive/labels/{one.name}_label", one.centre + (RADIUS_MM + 2.0) * one.along
-            look = {"font_screen_scale": 0.8, "anchor": "center-center", "depth_test": False}
-            self._names.append(self._view.labels.add(name, "", "bead inside", at, **look))
+            add, kind = self._view.labels.add, "bead inside"
+            self._names.append(add(name, "", kind, at, font_screen_scale=0.8, anchor="center-center", depth_test=False))
         for label, one in zip(self._names, labels, strict=True):
             label.text = f"{one.name} ✓" if one.done else one.name
 
