@@ -118,6 +118,8 @@ class MarkNodes(ShapeNodes[MarkShape]):
             receive_shadow=False,
         )  # fmt: skip
         above = np.array(shape.position) + np.array([0.0, 0.0, shape.proud_mm + _LABEL_RISE_MM])
-        look: dict[str, Any] = {"font_screen_scale": 0.8, "anchor": "bottom-left", "depth_test": False}
-        label = self._view.labels.add(f"{name}_label", shape.name, "bead inside", above, **look)
+        add, kind = self._view.labels.add, "bead inside"
+        label = add(
+            f"{name}_label", shape.name, kind, above, font_screen_scale=0.8, anchor="bottom-left", depth_test=False
+        )
         return ball, label

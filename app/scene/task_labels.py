@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -53,7 +53,7 @@ class LabelNodes:
     def show(self, labels: tuple[LabelShape, ...], way: Array, red: BoolArray) -> None:
         """labels: the same each time, but for what is left on them.
 
-        way: (n, 3) LPS mm of the tip so far, the same places each time, more or fewer; red: (n,) where it was cutting.
+        way: (n, 3) LPS mm of the tip so far, which only grows; red: (n,) where it was cutting.
         """
         done = tuple(one.done for one in labels)
         if done != self._shown:
@@ -74,8 +74,8 @@ class LabelNodes:
         self._done.show(np.concatenate(none + [part(one) for one in done for part in (_rim, _arrow)]))
         for one in labels[len(self._names) :]:
             name, at = f"/drive/labels/{one.name}_label", one.centre + (RADIUS_MM + 2.0) * one.along
-            look: dict[str, Any] = {"font_screen_scale": 0.8, "anchor": "center-center", "depth_test": False}
-            self._names.append(self._view.labels.add(name, "", "bead inside", at, **look))
+            add, kind = self._view.labels.add, "bead inside"
+            self._names.append(add(name, "", kind, at, font_screen_scale=0.8, anchor="center-center", depth_test=False))
         for label, one in zip(self._names, labels, strict=True):
             label.text = f"{one.name} ✓" if one.done else one.name
 
