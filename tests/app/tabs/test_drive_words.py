@@ -10,8 +10,9 @@ import pytest
 
 from app.drives.view import FREE
 from app.scene import palette
-from app.tabs.drive.task import polyp_layers
 from app.tabs.drive.view import deepest_link, free_words
+from app.workspace.task_view import task_layers
+from vfix_engine.study.polyps.live import PolypMoment
 from vfix_engine.study.polyps.progress import PolypProgress, Viewing
 from vfix_engine.worlds.snake.link_depth import DeepestLink
 
@@ -49,8 +50,8 @@ def test_the_link_behind_the_wall_comes_with_its_bound(link: int, bound_mm: floa
 def test_polyps_in_the_scene_have_their_numbers_and_those_that_are_cleared_a_tick() -> None:
     viewings = tuple(Viewing(cleared_t=7.0 if index == 1 else None) for index in range(3))
     places = np.arange(9.0).reshape(3, 3)
-    watch: Any = SimpleNamespace(progress=PolypProgress(8.0, viewings), task=SimpleNamespace(targets=lambda: places))
-    (layer,) = polyp_layers(watch)
+    task: Any = SimpleNamespace(targets=lambda: places)
+    (layer,) = task_layers(PolypMoment(task, None, PolypProgress(8.0, viewings)), None)
     assert [shape.name for shape in layer.key] == ["1", "2 ✓", "3"]  # type: ignore[attr-defined]
     assert [shape.colour for shape in layer.key] == [palette.SOUGHT[0], palette.DONE, palette.SOUGHT[0]]  # type: ignore[attr-defined]
     assert [shape.position for shape in layer.key] == [tuple(place) for place in places]  # type: ignore[attr-defined]

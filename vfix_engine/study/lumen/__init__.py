@@ -1,6 +1,7 @@
 """What a run of a snake robot in a lumen is worth, and what is plotted of it, from the run alone; docs/metrics.md.
 
 Names are loaded on first access: what tells a task of a run needs none of the snake's world.
+No module has the name of what it holds: importing it would hide that.
 """
 
 from __future__ import annotations
@@ -11,17 +12,17 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .behind_wall import BehindWall
     from .holds import lumen_holds_of
+    from .replay import TaskReplay, task_replay
     from .samples import LumenSamples, lumen_samples_of
     from .score import LumenScore, score_lumen_run
     from .series import LumenSeries, lumen_series_of
-    from .task_replay import TaskReplay, task_replay
     from .task_rows import TASKS, TaskItem, TaskRow, TaskScore
 
 _WHERE = {
     "BehindWall": "behind_wall", "LumenSamples": "samples", "LumenScore": "score", "LumenSeries": "series",
-    "TASKS": "task_rows", "TaskItem": "task_rows", "TaskReplay": "task_replay", "TaskRow": "task_rows",
+    "TASKS": "task_rows", "TaskItem": "task_rows", "TaskReplay": "replay", "TaskRow": "task_rows",
     "TaskScore": "task_rows", "lumen_holds_of": "holds", "lumen_samples_of": "samples", "lumen_series_of": "series",
-    "score_lumen_run": "score", "task_replay": "task_replay",
+    "score_lumen_run": "score", "task_replay": "replay",
 }  # fmt: skip
 
 __all__ = [
