@@ -98,8 +98,8 @@ def test_polyps_are_shown_as_they_were(phantom_services: Services) -> None:
     assert review.drawn()[0].colour != blue[0].colour
     assert review.drawn()[1].colour == blue[1].colour
     end = review.at(99.0)["now"]
-    assert (end["cleared"], len(end["polyps"])) == (1, 1)
-    assert [shape.name for shape in review.drawn()] == ["2"]
+    assert (end["cleared"], [polyp["cleared"] for polyp in end["polyps"]]) == (1, [True, False])
+    assert [shape.name for shape in review.drawn()] == ["1 ✓", "2"]
     assert review.at(0.3)["now"] == first
     assert review.drawn() == blue  # backwards too
 
