@@ -1,4 +1,7 @@
-"""A drag in a camera's picture is a position: few messages or many, a fast robot or a slow one, it comes as far."""
+"""A drag in a camera's picture is a position: few messages or many, a fast robot or a slow one, it comes as far.
+
+Nothing of it is left after a release, a pause or a lost hand (HAZ-11).
+"""
 
 from __future__ import annotations
 
