@@ -74,9 +74,12 @@ class StoredRun:
 
     @property
     def links(self) -> int | None:
-        """How many links a snake has; None of another world, and of a run whose spec was not written."""
-        snake = self.manifest.get("spec", {}).get("snake", {})
-        return snake.get("links") if self.arm is not None else None
+        """How many links a snake has; None of another world, and where the manifest does not hold it."""
+        if self.arm is None:
+            return None
+        snake = self.manifest["spec"].get("snake")
+        links = snake.get("links") if isinstance(snake, dict) else None
+        return links if type(links) is int else None
 
     @property
     def certified(self) -> bool:

@@ -12,6 +12,7 @@ const { default: DrivePanel, helpOf, tooNarrow, whyNoLook } = await import("../.
 const { wallWords } = await import("../../app/web/js/endoscope/scope.js");
 const { shortcutsIn } = await import("../../app/web/js/shortcuts.js");
 const { cautions } = await import("../../app/tabs/drive/limits.js");
+const { doneWords } = await import("../../app/tabs/drive/status.js");
 const { taskGroup } = await import("../../app/tabs/drive/task.js");
 
 /** A window whose robot runs in the manual arm. */
@@ -149,4 +150,15 @@ test("the list of keys begins with those of the tab, and has all others after th
   assert.deepEqual(titles("Review"), all, "a tab without keys of its own");
   const [, keys] = shortcutsIn("Drive")[0];
   for (const key of ["W S", "↑ ↓ ← →", "Wheel", "Drag", "Space", "E"]) assert.ok(keys.some((row) => row.keys === key), key);
+});
+
+test("what counts in a task is said before anything is asked for, and how far it is in the status bar", () => {
+  const now = { of: 10, cleared: 3, held_s: 0, hold_s: 5, viewed: false, seen: null, completed: false, words: "", end_mm: 500, end_name: "", viewable_share: null };
+  const told = (/** @type {any} */ shown) => String(taskGroup(connectionOf({}), /** @type {any} */ ({ offered: ["polyps"], labels: null, task: "polyps", places: "route", seed: 0, marks: 0, open: true, now: shown })));
+  assert.match(told(now), /3 of 10 viewed.*in the frame for 5 s, 15 ± 7 mm away/su);
+  assert.match(told(null), /in the frame for 7 s/);
+  const of = (/** @type {any} */ task) => doneWords(task);
+  assert.equal(of({ now, labels: null }), "3 of 10 polyps");
+  assert.equal(of({ now: null, labels: { traced: 1, labels: [{}, {}] } }), "1 of 2 labels");
+  assert.deepEqual([of({ now: null, labels: null }), of(undefined)], ["", ""]);
 });

@@ -12,7 +12,7 @@ import { hintLine, html, nothing, titled } from "/static/js/template.js";
 const ARMS = {
   manual: ["Manual", "No help: your hand turns one joint."],
   guided: ["Guided", "Gentle forces lead your hand."],
-  certified: ["Certified", "Stopped at the limit."],
+  certified: ["Certified", "Stops the robot at its limit."],
 };
 const ARM_NAMES = /** @type {Arm[]} */ (Object.keys(ARMS));
 const WITHOUT = "Without the certificate: nothing keeps the robot in its pathway.";

@@ -1,4 +1,4 @@
-// What the status bar says of the snake robot: depth, the landmark that it passed, the link nearest to its bound, how deep the deepest one is behind the wall, force, and what holds it.
+// What the status bar says of the snake robot: how far its task is, depth, the landmark that it passed, the link nearest to its bound, how deep the deepest one is behind the wall, force, and what holds it.
 import { holdingWords, reading } from "/static/js/status.js";
 import { LIMIT_WORDS, cautions } from "./limits.js";
 
@@ -6,6 +6,7 @@ import { LIMIT_WORDS, cautions } from "./limits.js";
 
 export class SnakeStatus {
   constructor() {
+    this.done = reading("Task");
     this.depth = reading("Depth");
     this.passed = reading("Past", "minor");
     this.deviation = reading("Deviation");
@@ -14,12 +15,14 @@ export class SnakeStatus {
     this.force = reading("Force");
     this.holding = reading("Held by", "fill");
     for (const { element } of [this.deviation, this.behind]) element.title = LIMIT_WORDS;
-    this.elements = [this.depth, this.passed, this.deviation, this.bound, this.behind, this.force, this.holding].map(({ element }) => element);
+    this.elements = [this.done, this.depth, this.passed, this.deviation, this.bound, this.behind, this.force, this.holding].map(({ element }) => element);
   }
 
   /** @param {ViewModel} state */
-  update({ rehearsal, snake }) {
-    const nearest = snake?.nearest;
+  update({ rehearsal, snake, drive_task: task }) {
+    const nearest = snake?.nearest, done = doneWords(task);
+    this.done.element.hidden = !done;
+    this.done.say(done);
     this.depth.element.hidden = Boolean(snake?.fixed);
     this.depth.set(snake?.depth_mm, 0, "mm");
     this.passed.element.hidden = !snake?.passed;
@@ -34,4 +37,10 @@ export class SnakeStatus {
     this.force.set(rehearsal?.force_n, 2, "N");
     this.holding.say(holdingWords(rehearsal ?? {}, "At the entry, not started"));
   }
+}
+
+/** How many polyps or labels of a task are done; '' without one. @param {ViewModel["drive_task"]} task */
+export function doneWords(task) {
+  if (task?.now) return `${task.now.cleared} of ${task.now.of} polyps`;
+  return task?.labels ? `${task.labels.traced} of ${task.labels.labels.length} labels` : "";
 }

@@ -16,6 +16,7 @@ const LABELS_HELP = "Study II of Kwok 2013, with the arm that is chosen above, f
 const NAMES = { polyps: "Polyps", labels: "Labels" };
 const HALF_MM = 10; // of an arrow
 const NEAR_MM = 8, FAR_MM = 22; // between which a polyp is viewed
+const USUAL_HOLD_S = 7;
 const MOST_SEED = 2 ** 31 - 1;
 const fields = new NumberFields();
 
@@ -34,15 +35,16 @@ export function taskGroup(connection, task) {
   return titled("Task", cancel, html`
     <div class="segmented devices" role="group" aria-label="Task">${[null, ...task.offered].map((name) => html`<button type="button" data-task=${name ?? "none"}
       aria-pressed=${String(name === task.task)} ?disabled=${!task.open} @click=${() => { if (name !== task.task) send({ task: name }); }}>${name === null ? "None" : NAMES[name]}</button>`)}</div>
-    ${task.task === "labels" ? html`${labelWords()}${task.labels ? labelProgress(task.labels) : nothing}${choice(task, send)}` : nothing}
-    ${task.task === "polyps" ? html`${instructions(now)}${drawnFrom(now)}${now ? progress(now) : nothing}${choice(task, send)}` : nothing}`);
+    ${task.task === "labels" ? html`${task.labels ? labelProgress(task.labels) : nothing}${labelWords()}${choice(task, send)}` : nothing}
+    ${task.task === "polyps" ? html`${now ? progress(now) : nothing}${instructions(now)}${drawnFrom(now)}${choice(task, send)}` : nothing}`);
 }
 
 /** @param {TaskNowView | null} now */
 function instructions(now) {
+  const hold = now?.hold_s ?? USUAL_HOLD_S;
   const end = now?.end_name ? `in the ${now.end_name} colon` : now ? `at ${fixed(now.end_mm, 0)} mm` : "at the end of the way";
   return html`<p class="words">Insert the robot and find the blue polyps.</p>
-    <p class="words">Hold each in the frame, 15 mm away, until a tick shows.</p>
+    <p class="words">Hold each in the frame for ${fixed(hold, hold % 1 ? 1 : 0)} s, 15 ± 7 mm away.</p>
     ${hintLine("task-end", `The task ends ${end}.`, HELP)}`;
 }
 

@@ -76,7 +76,7 @@ class CovarianceTree:
         along = segments.end[segment] - start
         radius = float(segments.radius[segment])
         write_row(start, along, radius, np.inf, self._corners[place], self._normals[place], row)
-        return pair_from_row(tuple(row[:10].tolist()), segment, int(self.nodes.order[place]))
+        return pair_from_row(tuple(row.tolist()), segment, int(self.nodes.order[place]))
 
     def point_distance(self, points: ArrayLike) -> tuple[Array, Array, Int32Array]:
         """Distance (n,), closest point (n, 3) and its triangle (n,) for points (n, 3)."""
