@@ -8,32 +8,28 @@ export class DoneMarks {
     this.changed = changed;
     /** @type {boolean[]} of each mark, as it was last told */
     this.before = [];
-    /** @type {Map<number, number>} when those were done that have a tick, by number from 0 */
-    this.since = new Map();
+    /** @type {Set<number>} numbers from 0 of those that have a tick */
+    this.fresh = new Set();
   }
 
   /**
    * What a mark that was seen undone before shows once it is done; one that was done when the page first heard of it has no tick.
    * @param {boolean[]} done of each mark
-   * @param {number} [now] ms
    */
-  follow(done, now = performance.now()) {
+  follow(done) {
     done.forEach((one, index) => {
-      if (!one) this.since.delete(index);
-      else if (this.before[index] === false) {
-        this.since.set(index, now);
-        setTimeout(this.changed, FRESH_MS);
-      }
+      if (!one) this.fresh.delete(index);
+      else if (this.before[index] === false) this.begin(index);
     });
     this.before = done;
   }
 
-  /**
-   * Whether a mark has its tick.
-   * @param {number} index
-   * @param {number} [now] ms
-   */
-  isFresh(index, now = performance.now()) {
-    return now - (this.since.get(index) ?? -Infinity) < FRESH_MS;
+  /** @param {number} index */
+  begin(index) {
+    this.fresh.add(index);
+    setTimeout(() => {
+      this.fresh.delete(index);
+      this.changed();
+    }, FRESH_MS);
   }
 }

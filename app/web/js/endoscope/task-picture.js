@@ -73,7 +73,7 @@ export class TaskPicture {
     const polyps = (this.polyps?.polyps ?? []).map(({ at, cleared }) => ({ at, done: cleared }));
     const labels = (this.labels?.labels ?? []).map(({ centre, along, end_mm: end }) => ({ at: plus(centre, along, HALF_MM), done: end >= HALF_MM })); // where the eyes are then
     const marks = [...polyps, ...labels];
-    const fresh = marks.filter(({ done }, index) => done && this.done.isFresh(index));
+    const fresh = marks.filter(({ done }, index) => done && this.done.fresh.has(index));
     this.renderer()?.overlay.setDone(polyps.filter((one) => one.done && !fresh.includes(one)).map(({ at }) => at), fresh.map(({ at }) => at));
   }
 }
