@@ -58,7 +58,7 @@ export class SuggestGroup {
     search.keepTo(plan?.id);
     const aim = search.aim && plan?.targets.find(({ label }) => label === search.aim);
     if (aim) [this.target, search.aim] = [aim.id, ""]; // the search may be another window's
-    const of = [plan?.id, plan?.points, plan?.ghost, plan?.targets, plan?.nearest_target, plan?.locked, shaft?.shown, this.wanted, search.suggestion?.id, search.found.length, plan?.tool, surroundingsKey(state), search.busy, search.aims, search.problem, search.current?.drawing];
+    const of = [plan?.id, plan?.points, plan?.ghost, plan?.targets, plan?.nearest_target, plan?.locked, shaft?.shown, this.wanted, search.suggestion?.id, search.found.length, plan?.tool, surroundingsKey(state), search.pending, search.busy, search.aims, search.problem, search.current?.drawing];
     this.changed(of, () => {
       draw(this.body, this.template(plan, shaft));
       this.roving.update();

@@ -386,7 +386,9 @@ def test_bounds_go_by_the_surface_where_that_is_narrower_than_the_contours() -> 
         one = inscribed_radii(replace(plain, wall_radius=wall))
         wanted = inscribed_radii(plain)
         for j in range(len(path.s) - 1):
-            low, high = (np.searchsorted(at, path.s[j], "right") - 1, np.searchsorted(at, path.s[j + 1]))
+            # knots lie on places of the surface, up to the rounding of the machine
+            low = np.searchsorted(at, path.s[j] + 1e-6, "right") - 1
+            high = np.searchsorted(at, path.s[j + 1] - 1e-6)
             wanted[j + (0 if ends else 1)] = min(wanted[j + (0 if ends else 1)], wall[low : high + 1].min())
         np.testing.assert_array_equal(one, wanted)
     path = replace(bottle(), wall_radius=np.where(random.random(900) < 0.1, random.uniform(1.0, 7.0, 900), np.inf))
