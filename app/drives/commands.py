@@ -46,14 +46,10 @@ class Push(ClientMessage):
 
 
 class MoveAxes(ClientMessage):
-    """Camera and insertion, from -1 to +1 of full speed, while something is held.
-
-    hand: what pushes, a drag or wheel in the picture, or a device; each replaces its own, and all are added.
-    """
+    """Camera and insertion of a device, from -1 to +1 of full speed, while something is held; keys are added."""
 
     urgent: ClassVar[bool] = True
     type: Literal["axes"]
-    hand: Literal["picture", "device"] = "device"
     camera_x: Axis = 0.0
     camera_y: Axis = 0.0
     insert: Axis = 0.0

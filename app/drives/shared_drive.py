@@ -115,6 +115,12 @@ class SharedDrive(DriveProcess[P, T]):
             process.drag(right_mm, down_mm, held)
             PROMPT_THREADS.hear()
 
+    def wheel(self, client: Client, depth_mm: float, held: bool) -> None:
+        """The depth of the tip that a wheel in the picture wants, and whether it still counts; needs heartbeats."""
+        if (process := self._held(client)) is not None:
+            process.wheel(depth_mm, held)
+            PROMPT_THREADS.hear()
+
     def master(self, client: Client, position: Position, clutch: bool) -> None:
         """The sum (3,) [mm] of a master's motions so far, and whether it is coupled; it needs heartbeats."""
         if (process := self._held(client)) is not None:

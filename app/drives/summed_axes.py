@@ -1,4 +1,4 @@
-"""Axes of a drive that several things of one hand push at once: keys, a drag in the picture, a device."""
+"""Axes of a drive that several things of one hand push at once: keys and a device."""
 
 from __future__ import annotations
 

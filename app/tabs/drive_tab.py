@@ -230,7 +230,7 @@ class DriveTab(Tab, Generic[P, T]):
         if isinstance(command, c.Push):
             (drive.drive if command.type == "drive" else drive.twist)(self.client, command.direction)
         elif isinstance(command, c.MoveAxes):
-            self.push_axes(drive, command.hand, (command.camera_x, command.camera_y, command.insert))
+            self.push_axes(drive, "device", (command.camera_x, command.camera_y, command.insert))
         elif isinstance(command, c.MoveMaster):
             drive.master(self.client, command.position, command.clutch)
         elif isinstance(command, c.DeflectRate):

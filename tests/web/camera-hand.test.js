@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { afterEach, mock, test } from "node:test";
-import { CameraHand, MM_PER_PX, insertAxis } from "../../app/web/js/endoscope/camera-hand.js";
+import { CameraHand, MM_PER_PX } from "../../app/web/js/endoscope/camera-hand.js";
 import { arcOf } from "../../app/web/js/endoscope/guidance-arc.js";
 
 /** A hand in a picture of 480 pixels whose timer comes when the test says so, and what it sent. */
@@ -110,17 +110,19 @@ test("a drag begun on the black around the picture moves the camera too, and one
 
 test("the wheel inserts towards a depth, beside a drag, and nothing on a fixed base", () => {
   const { sent, press, up, wheel, tick, state, holds } = aHand();
-  const axes = () => sent.filter(([type]) => type === "axes").map(([, message]) => message);
+  const depths = () => sent.filter(([type]) => type === "insert.to").map(([, message]) => message);
   wheel(-100);
-  tick();
-  assert.deepEqual(axes(), [{ hand: "picture", insert: 1 }]);
+  assert.deepEqual(depths(), [{ depth_mm: 105, held: true }]);
   press();
   up();
+  for (let i = 0; i < 10; i++) tick();
+  assert.deepEqual(depths().at(-1), { depth_mm: 105, held: true }, "the end of a drag stops no wheel");
+  assert.ok(depths().length >= 3 && depths().length <= 4, `${depths().length} messages in 0.2 s: told again, and no more often than is needed`);
+  wheel(-100);
+  assert.deepEqual(depths().at(-1), { depth_mm: 110, held: true }, "the next notch goes on from the depth that is wanted");
+  state.snake.depth_mm = 110;
   tick();
-  assert.equal(axes().at(-1).insert, 1, "the end of a drag stops no wheel");
-  state.snake.depth_mm = 105;
-  tick();
-  assert.deepEqual(axes().at(-1), { hand: "picture", insert: 0 });
+  assert.deepEqual(depths().at(-1), { depth_mm: 110, held: false });
   assert.deepEqual(holds, [true, false]);
   Object.assign(state.snake, { fixed: true });
   const told = sent.length;
@@ -129,12 +131,21 @@ test("the wheel inserts towards a depth, beside a drag, and nothing on a fixed b
   assert.equal(sent.length, told);
 });
 
-test("a depth that is wanted is approached at full speed, slower near it, and given up once it is reached", () => {
-  assert.equal(insertAxis(105, 100, 20), 1);
-  assert.equal(insertAxis(105, 110, 20), -1);
-  const near = insertAxis(105, 104.5, 20);
-  assert.ok(near > 0 && near < 1);
-  assert.equal(insertAxis(105, 104.9, 20), 0);
+test("a depth that a held robot does not come nearer to is given up after 1.5 s, and when the hand is gone", () => {
+  const { hand, sent, wheel, tick, state } = aHand();
+  const depths = () => sent.filter(([type]) => type === "insert.to").map(([, message]) => message);
+  wheel(100);
+  for (let i = 0; i < 60; i++) {
+    state.snake.depth_mm = Math.max(98, 100 - 0.1 * i);
+    tick();
+  }
+  assert.deepEqual(depths().at(-1), { depth_mm: 95, held: true });
+  for (let i = 0; i < 60; i++) tick();
+  assert.deepEqual(depths().at(-1), { depth_mm: 95, held: false });
+  assert.equal(hand.timer, undefined);
+  wheel(-100);
+  hand.stop();
+  assert.deepEqual(depths().at(-1), { depth_mm: 103, held: false });
 });
 
 test("an arc is nothing below 0.2 N, amber from there on, and red from 2 N", () => {

@@ -1,7 +1,8 @@
-"""A drag in a camera's picture: the way that the camera is to go, which the robot makes up for while the hand holds.
+"""A drag and a wheel in a camera's picture: places that the robot makes up for while the hand holds.
 
-What a robot carries out of a command depends on its limits and on a machine that skips control periods. So a drag is a
-position and no speed: each step commands what is left of the way, and counts what the robot has made of it.
+What a robot carries out of a command depends on its limits and on a machine that skips control periods. So both are
+positions and no speeds: each step commands what is left of a drag's way, of which it counts what the robot has made, or
+of the depth that the wheel wants.
 """
 
 from __future__ import annotations
@@ -15,14 +16,17 @@ Way = tuple[float, float]  # mm, to the right and down in the picture
 
 
 class DrivenCamera(NamedTuple):
-    """A camera that axes move across its picture.
+    """A camera that axes move across its picture and along the lumen.
 
     obeyed_mm: what the robot has carried out of the hand's commands, summed since the start; motions that were not
         commanded, such as an insertion, are none of it. step_mm: by which a full axis moves it in one control period.
+    depth_mm: of the tip along the lumen. insertion_step_mm: by which a full axis inserts it in one control period.
     """
 
     obeyed_mm: Way
     step_mm: float
+    depth_mm: float = 0.0
+    insertion_step_mm: float = 0.0
 
 
 def own_part(moved: Way, commanded: Way, others: Way) -> Way:
@@ -79,6 +83,31 @@ class CameraDrag:
             return 0.0, 0.0
         scale = share / max(way, step_mm)
         return scale * right, scale * down
+
+
+class WheelDepth:
+    """The depth that a wheel wants the tip at, until something else inserts; used by the control loop alone."""
+
+    def __init__(self) -> None:
+        self._given_up = 0
+
+    def axis(self, camera: DrivenCamera, insert: float, number: int, wanted_mm: float, share: float) -> float:
+        """Axis of the insertion in the next step, from -1 to +1.
+
+        Args:
+            insert: axis of what else inserts; for it the depth is given up.
+            number: of the depth; wanted_mm: the depth. share: of the wheel's hold, 0 where nobody turns it.
+        """
+        if insert:
+            self.forget(number)
+        if number == self._given_up or share == 0.0 or camera.insertion_step_mm == 0.0:
+            return insert
+        left = wanted_mm - camera.depth_mm
+        return 0.0 if abs(left) < ARRIVED_MM else share * _axis(left / camera.insertion_step_mm)
+
+    def forget(self, number: int) -> None:
+        """The depth moves nothing any more; the next one does."""
+        self._given_up = number
 
 
 def _axis(value: float) -> float:

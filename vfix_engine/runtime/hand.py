@@ -1,8 +1,8 @@
 """The operator's newest input as it is sent to the control process, and the command that the loop derives from it.
 
-There are six channels, each with a dead man's switch of its own: the hand on the grip, keys, the axes of a snake, a
-drag in its picture, a master device and a rate device. What a channel does depends on the control mode: the hand's
-motion is a force in hands-on and the motion of a master in teleoperation, a deflection is a force or a rate.
+There are seven channels, each with a dead man's switch of its own: the hand on the grip, keys, the axes of a snake, a
+drag and a wheel in its picture, a master device and a rate device. What a channel does depends on the control mode:
+the hand's motion is a force in hands-on and the motion of a master in teleoperation, a deflection is a force or a rate.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 
 from ..arrays import Array
-from .camera_drag import CameraDrag, DrivenCamera, Way
+from .camera_drag import CameraDrag, DrivenCamera, Way, WheelDepth
 from .command import NO_AXES, Command, Master
 from .control_mode import FREEHAND, TELEOPERATED, Control
 from .system import Grip
@@ -43,6 +43,7 @@ class HandInput:
     rated_at: when it was told last; deflect: its hold.
     dragging: a drag in the picture goes on, the newest one, number ``drags``; drag_from: the way that was told as it
     began, dragged: the way since, in mm to the right and down that the camera is to go; pull: its hold.
+    depths: count of the depths that a wheel wanted; depth_mm: the newest one; wheel: its hold.
     """
 
     grip: Place = (0.0, 0.0, 0.0)
@@ -67,10 +68,13 @@ class HandInput:
     drag_from: Way = (0.0, 0.0)
     dragged: Way = (0.0, 0.0)
     pull: Hold = NOBODY
+    depths: int = 0
+    depth_mm: float = 0.0
+    wheel: Hold = NOBODY
 
     @property
     def _holds(self) -> tuple[Hold, ...]:
-        return self.hand, self.keys, self.stick, self.lead, self.deflect, self.pull
+        return self.hand, self.keys, self.stick, self.lead, self.deflect, self.pull, self.wheel
 
     def active(self, now: float) -> bool:
         """Whether any input has an effect."""
@@ -91,14 +95,15 @@ class HandInput:
             lead=self.lead.beat(now),
             deflect=self.deflect.beat(now) if fresh else self.deflect,
             pull=self.pull.beat(now),
+            wheel=self.wheel.beat(now),
         )
 
     def released(self, now: float) -> HandInput:
         """With every channel released."""
-        hand, keys, stick, lead, deflect, _ = (hold.release(now) for hold in self._holds)
+        hand, keys, stick, lead, deflect = (hold.release(now) for hold in self._holds[:5])
         return replace(
             self, drive=0, twist=0, clutch=False, hand=hand, keys=keys, stick=stick, lead=lead, deflect=deflect,
-            dragging=False, pull=NOBODY,
+            dragging=False, pull=NOBODY, wheel=NOBODY,
         )  # fmt: skip
 
     def led(self, position: Place, clutch: bool, now: float) -> HandInput:
@@ -117,6 +122,13 @@ class HandInput:
             self, dragging=True, drags=self.drags + (not self.dragging), drag_from=start,
             dragged=(way[0] - start[0], way[1] - start[1]), pull=self.pull.press(now),
         )  # fmt: skip
+
+    def wheeled(self, depth_mm: float, held: bool, now: float) -> HandInput:
+        """After a message of a wheel: the depth that it wants, and whether that still counts."""
+        if not held:
+            return replace(self, wheel=NOBODY)
+        other = depth_mm != self.depth_mm or self.wheel == NOBODY
+        return replace(self, depths=self.depths + other, depth_mm=depth_mm, wheel=self.wheel.press(now))
 
     def deflected(self, rate: Six, now: float) -> HandInput:
         """After a message of a rate device; six zeros release it. Clipped to ±1; a non-finite value is 0 (HAZ-05)."""
@@ -142,7 +154,7 @@ class Hand:
         self.input, self.control = HandInput(), control or Control()
         self._coupling = VirtualCoupling()
         self._master = Glide()
-        self._drag = CameraDrag()
+        self._drag, self._wheel = CameraDrag(), WheelDepth()
         self._pressed_at = np.zeros(3)  # of the grip, where its present hold began
         self._led = np.zeros(3), np.zeros(3)  # places of grip and master up to where they have led
 
@@ -174,11 +186,12 @@ class Hand:
         self._pressed_at = self._coupling.at(now)
         self._led = self._coupling.at(now), self._master.at(now)
         self._drag.forget(self.input.drags, self.input.dragged)
+        self._wheel.forget(self.input.depths)
 
     def command(self, grip: Grip | None, now: float, camera: DrivenCamera | None = None) -> Command:
         """Return the present command, attenuated by the dead man's switches (HAZ-11).
 
-        camera: that a drag in the picture moves, where the world has one.
+        camera: that a drag and a wheel in the picture move, where the world has one.
         """
         hand = self.input
         keys = hand.keys.share(now)
@@ -193,6 +206,7 @@ class Hand:
         if grip is None:
             if camera is not None:
                 x, y = self._drag.axes(camera, (x, y), hand.drags, hand.dragged, hand.pull.share(now))
+                insert = self._wheel.axis(camera, insert, hand.depths, hand.depth_mm, hand.wheel.share(now))
             axes = (x, y, insert) if x or y or insert else NO_AXES
             return Command(np.zeros(3), drive, twist, None, axes, hand.buttons if stick else 0)
         pull = hand.hand.share(now) * self._coupling.force(grip.position, grip.stiffness, grip.cap, now)

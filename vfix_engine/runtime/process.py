@@ -201,6 +201,14 @@ class ControlProcess(Generic[T]):
         way = (float(right_mm), float(down_mm))
         self._put(lambda i, now: i.pulled(way, bool(held) and plausible, now))
 
+    def wheel(self, depth_mm: float, held: bool) -> None:
+        """Tell the depth of the tip that a wheel in the picture wants, and whether that still counts.
+
+        Needs heartbeats. An implausible depth ends it; another insertion does, too.
+        """
+        plausible = abs(depth_mm) <= FARTHEST_MM  # False of NaN
+        self._put(lambda i, now: i.wheeled(float(depth_mm), bool(held) and plausible, now))
+
     def master(self, position: ArrayLike, clutch: bool) -> None:
         """Tell the sum (3,) in LPS mm of a master's motions so far, and whether it is coupled; needs heartbeats.
 

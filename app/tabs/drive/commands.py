@@ -15,7 +15,7 @@ from vfix_engine.worlds.snake.settings import Arm
 Bound = Annotated[float, Field(ge=0.1, le=50.0, allow_inf_nan=False)]  # [mm]
 LinkValue = Annotated[float, Field(ge=0.0, le=50.0, allow_inf_nan=False)]  # [mm] or [N/mm]
 MaybeBound = Bound | None
-DragWay = Annotated[float, Field(ge=-10_000.0, le=10_000.0, allow_inf_nan=False)]  # [mm]
+Distance = Annotated[float, Field(ge=-10_000.0, le=10_000.0, allow_inf_nan=False)]  # [mm]
 
 
 class TurnCamera(ClientMessage):
@@ -41,8 +41,20 @@ class DragCamera(ClientMessage):
 
     urgent: ClassVar[bool] = True
     type: Literal["camera.drag"]
-    right_mm: DragWay
-    down_mm: DragWay
+    right_mm: Distance
+    down_mm: Distance
+    held: bool
+
+
+class InsertTo(ClientMessage):
+    """A wheel in the picture: the depth in mm along the lumen that the tip is to come to, and whether it still counts.
+
+    The robot goes there as fast as it may. It needs heartbeats as a drag does; a key or device that inserts ends it.
+    """
+
+    urgent: ClassVar[bool] = True
+    type: Literal["insert.to"]
+    depth_mm: Distance
     held: bool
 
 
@@ -115,6 +127,7 @@ COMMANDS: tuple[type[ClientMessage], ...] = (
     TurnCamera,
     TiltCamera,
     DragCamera,
+    InsertTo,
     ChooseArm,
     ChooseParameters,
     TurnJoint,

@@ -181,13 +181,15 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
             self._choose(replace(self.options, task=None))
 
     def handle_now(self, command: ClientMessage) -> None:
-        """Keys are axes of this robot; a drag is the way of its camera."""
+        """Keys are axes of this robot; a drag is the way of its camera, a wheel the depth of its tip."""
         drive = self.drive
         if isinstance(command, drives.Push | c.TiltCamera) and drive is not None:
             settings = snake_settings(self.now) or SnakeSettings()  # a record is replaced as a whole, never changed
             self.push_axes(drive, command.type, key_axes(command, settings.camera_mm_per_s))
         elif isinstance(command, c.DragCamera) and drive is not None:
             drive.drag(self.client, command.right_mm, command.down_mm, command.held)
+        elif isinstance(command, c.InsertTo) and drive is not None:
+            drive.wheel(self.client, command.depth_mm, command.held)
         elif isinstance(command, c.CutTool) and drive is not None:
             self.buttons = BUTTON_CUT if command.on else 0
             self.push_axes(drive, "tool", NO_AXES)

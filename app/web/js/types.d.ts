@@ -2620,7 +2620,6 @@ export interface Commands {
     kind: "point" | "target" | "none";
   };
   "axes": {
-    hand?: "picture" | "device";
     camera_x?: number;
     camera_y?: number;
     insert?: number;
@@ -2701,6 +2700,10 @@ export interface Commands {
   "ghost.confirm": {};
   "grip.release": {};
   "heartbeat": {};
+  "insert.to": {
+    depth_mm: number;
+    held: boolean;
+  };
   "item.delete": {
     item_id: string;
     revision?: number | null;

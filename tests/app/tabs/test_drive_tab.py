@@ -78,7 +78,7 @@ def test_a_robot_is_inserted_by_keys_steered_straightened_and_its_run_isstored(
     assert (run.plan_id, run.manifest["world"], run.mode) == (route.id, "snake", None)
 
 
-def test_keys_a_drag_and_a_device_are_added_and_none_stops_another(
+def test_keys_and_a_device_are_added_and_none_stops_another(
     phantom_services: Services,
     shared: SharedDrives[Any, Any],
     route: StoredRoute,
@@ -95,23 +95,41 @@ def test_keys_a_drag_and_a_device_are_added_and_none_stops_another(
         client.tab.handle_now(command)
         return told[-1]
 
-    def picture(x: float, y: float, insert: float = 0.0) -> drives.MoveAxes:
-        return drives.MoveAxes(type="axes", hand="picture", camera_x=x, camera_y=y, insert=insert)
+    def device(x: float, y: float, insert: float = 0.0) -> drives.MoveAxes:
+        return drives.MoveAxes(type="axes", camera_x=x, camera_y=y, insert=insert)
 
     key = KEY_CAMERA_MM_PER_S / SnakeSettings().camera_mm_per_s
     assert after(drives.Push(type="drive", direction=1)) == (0.0, 0.0, 1.0)
-    assert after(picture(0.9, -0.25)) == (0.9, -0.25, 1.0), "a drag does not stop what a key inserts"
+    assert after(device(0.9, -0.25)) == (0.9, -0.25, 1.0), "a device does not stop what a key inserts"
     assert after(drives.Push(type="twist", direction=1)) == (1.0, -0.25, 1.0), "no more than full speed"
     assert after(c.TiltCamera(type="tilt", direction=1)) == (1.0, -0.25 - key, 1.0)
     assert after(c.TiltCamera(type="tilt", direction=0)) == (1.0, -0.25, 1.0)
-    assert after(drives.MoveAxes(type="axes", camera_x=-1.0, insert=-0.5)) == pytest.approx((key - 0.1, -0.25, 0.5))
-    assert after(picture(0.0, 0.0)) == pytest.approx((key - 1.0, 0.0, 0.5))
+    assert after(device(-1.0, 0.0, -0.5)) == pytest.approx((key - 1.0, 0.0, 0.5))
     assert after(drives.Push(type="twist", direction=0)) == (-1.0, 0.0, 0.5)
-    assert after(drives.MoveAxes(type="axes")) == (0.0, 0.0, 1.0)
+    assert after(device(0.0, 0.0)) == (0.0, 0.0, 1.0)
     assert after(drives.Push(type="drive", direction=0)) == (0.0, 0.0, 0.0)
     client.tab.handle_now(drives.Push(type="drive", direction=1))
     client.tab.release_now()
-    assert after(picture(0.0, 1.0)) == (0.0, 1.0, 0.0), "what was let go of is forgotten"
+    assert after(device(0.0, 1.0)) == (0.0, 1.0, 0.0), "what was let go of is forgotten"
+
+
+def test_a_wheel_brings_the_tip_to_its_depth_and_no_further(
+    phantom_services: Services, shared: SharedDrives[Any, Any], route: StoredRoute
+) -> None:
+    client = Driving(phantom_services, shared)
+    client.open(route)
+    send(client.tab, "rehearsal.start")
+    client.until(lambda shown: shown["snake"], drives.HoldCommand(type="heartbeat"))
+    for wanted in (23.0, 8.0):
+        wheel = c.InsertTo(type="insert.to", depth_mm=wanted, held=True)
+        client.until(lambda shown, to=wanted: abs(shown["snake"]["depth_mm"] - to) < 0.06, wheel)  # shown to 0.1 mm
+        for _ in range(20):
+            client.tab.handle_now(wheel)
+            assert abs(client.shown()["snake"]["depth_mm"] - wanted) < 0.06
+    client.tab.handle_now(c.InsertTo(type="insert.to", depth_mm=30.0, held=False))
+    for _ in range(20):
+        client.tab.handle_now(drives.HoldCommand(type="heartbeat"))
+        assert abs(client.shown()["snake"]["depth_mm"] - wanted) < 0.06
 
 
 def test_a_drag_turns_the_camera_by_its_way_and_its_release_ends_it(

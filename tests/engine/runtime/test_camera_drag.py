@@ -1,6 +1,6 @@
-"""A drag in a camera's picture is a position: few messages or many, a fast robot or a slow one, it comes as far.
+"""A drag and a wheel in a camera's picture are positions: few messages or many, a fast robot or a slow one, as far.
 
-Nothing of it is left after a release, a pause or a lost hand (HAZ-11).
+Nothing of them is left after a release, a pause or a lost hand (HAZ-11).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from vfix_engine.runtime.camera_drag import DrivenCamera
 from vfix_engine.runtime.hand import INPUT_BYTES, Hand, HandInput
 from vfix_engine.runtime.virtual_coupling import GONE_S, NOBODY
 
-STEP_MM, PERIOD_S = 0.06, 0.002
+STEP_MM, INSERTION_STEP_MM, PERIOD_S = 0.06, 0.04, 0.002
 WAY = np.array([6.0, -3.0])
 
 
@@ -30,7 +30,7 @@ class Camera:
 
     def __init__(self, share: float = 1.0, late: int = 0) -> None:
         self.hand, self.now, self.share, self.period_s = Hand(), 10.0, share, PERIOD_S * (1 + late)
-        self.place = np.zeros(2)
+        self.place, self.depth = np.zeros(2), 0.0
         self.commands: list[Command] = []
 
     def hear(self, news: HandInput) -> None:
@@ -39,17 +39,22 @@ class Camera:
     def drag(self, way: Array, held: bool = True) -> None:
         self.hear(self.hand.input.pulled((float(way[0]), float(way[1])), held, self.now))
 
+    def wheel(self, depth: float, held: bool = True) -> None:
+        self.hear(self.hand.input.wheeled(depth, held, self.now))
+
     def run(self, seconds: float, beat: bool = True) -> Array:
         """The place of the camera (2,) mm after so long."""
         for tick in range(round(seconds / self.period_s)):
             self.now += self.period_s
             if beat and tick % max(1, round(0.04 / self.period_s)) == 0:
                 self.hear(self.hand.input.beaten(self.now))
-            camera = DrivenCamera((float(self.place[0]), float(self.place[1])), STEP_MM)
+            obeyed = float(self.place[0]), float(self.place[1])
+            camera = DrivenCamera(obeyed, STEP_MM, self.depth, INSERTION_STEP_MM)
             command = self.hand.command(None, self.now, camera)
             assert max(abs(axis) for axis in command.axes) <= 1.0
             self.commands.append(command)
             self.place = self.place + self.share * STEP_MM * np.array(command.axes[:2])
+            self.depth += self.share * INSERTION_STEP_MM * command.axes[2]
         return self.place
 
 
@@ -149,7 +154,75 @@ def test_a_drag_travels_as_any_input_does() -> None:
     assert HandInput.from_bytes(news.to_bytes()) == news
 
 
-def _stick(camera: Camera, x: float) -> HandInput:
-    """What is heard of a key that moves the camera."""
+@pytest.mark.parametrize(("share", "late"), [(1.0, 0), (0.35, 0), (1.0, 9)])
+@pytest.mark.parametrize("depth", [5.0, -2.0, 0.01])
+def test_a_wheel_comes_to_its_depth_and_never_past_it(share: float, late: int, depth: float) -> None:
+    camera, passed = Camera(share, late), []
+    camera.wheel(depth)
+    for _ in range(40):
+        camera.run(0.1)
+        passed.append(camera.depth)
+    assert camera.depth == pytest.approx(depth, abs=2e-3)
+    assert max(abs(at) for at in passed) <= abs(depth) + 1e-12
+    assert (np.sign(depth) * np.diff(passed) >= -1e-12).all(), "it does not swing"
+
+
+def test_the_next_notch_of_a_wheel_goes_on_from_the_depth_of_the_last_and_beside_a_drag() -> None:
+    camera = Camera()
+    camera.drag(np.zeros(2))
+    camera.drag(WAY)
+    camera.wheel(5.0)
+    camera.run(0.1)
+    camera.wheel(10.0)
+    np.testing.assert_allclose(camera.run(2.0), WAY, atol=2e-3)
+    assert camera.depth == pytest.approx(10.0, abs=2e-3)
+
+
+def test_a_wheel_that_is_let_go_of_lost_or_paused_inserts_no_more() -> None:
+    camera = Camera()
+    for stop in ("let go", "lost", "paused", "all released"):
+        camera.wheel(camera.depth + 8.0)
+        camera.run(0.1)
+        if stop == "let go":
+            camera.wheel(camera.depth + 8.0, held=False)
+        elif stop == "lost":
+            camera.run(GONE_S + 0.01, beat=False)
+        elif stop == "paused":
+            camera.hand.go_on(camera.now)
+        else:
+            camera.hear(camera.hand.input.released(camera.now))
+        stood = camera.depth
+        camera.run(0.5)
+        assert camera.depth == stood, stop
+        assert 1.0 < stood % 8.0 < 7.0, stop
+        camera.wheel(stood, held=False)
+
+
+def test_a_key_that_inserts_takes_over_from_the_wheel_which_does_not_go_back_afterwards() -> None:
+    camera = Camera()
+    camera.wheel(5.0)
+    camera.run(2.0)
+    camera.hear(_stick(camera, insert=1.0))
+    camera.run(1.0)
+    assert camera.depth > 20.0
+    camera.hear(_stick(camera))
+    by_key = camera.depth
+    camera.wheel(5.0)  # told again: the page has not heard yet
+    camera.run(1.0)
+    assert camera.depth == pytest.approx(by_key, abs=0.5)
+    camera.wheel(by_key + 5.0)
+    camera.run(1.0)
+    assert camera.depth == pytest.approx(by_key + 5.0, abs=2e-3)
+
+
+def test_a_wheel_travels_as_any_input_does() -> None:
+    news = HandInput().wheeled(12.5, True, 5.0).wheeled(12.5, True, 5.1).wheeled(17.5, True, 5.1)
+    assert (news.depths, news.depth_mm) == (2, 17.5)
+    assert len(news.to_bytes()) < INPUT_BYTES
+    assert HandInput.from_bytes(news.to_bytes()) == news
+
+
+def _stick(camera: Camera, x: float = 0.0, insert: float = 0.0) -> HandInput:
+    """What is heard of a key that moves the camera or inserts."""
     hand = camera.hand.input
-    return replace(hand, axes=(x, 0.0, 0.0), stick=hand.stick.press(camera.now) if x else NOBODY)
+    return replace(hand, axes=(x, 0.0, insert), stick=hand.stick.press(camera.now) if x or insert else NOBODY)

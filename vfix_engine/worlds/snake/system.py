@@ -179,12 +179,14 @@ class SnakeSystem:
         return still and float(np.abs(state.forces.total).max()) < STILL_N
 
     def grip(self, state: SnakeState) -> Grip | None:
-        """None: a snake is driven by axes, and by a drag in its picture."""
+        """None: a snake is driven by axes, and by a drag and a wheel in its picture."""
         return None
 
     def camera(self, state: SnakeState) -> DrivenCamera:
         """The camera at the tip."""
-        return DrivenCamera(state.obeyed_mm, self.settings(state).camera_mm_per_s * state.period_s)
+        speeds, period_s = self.settings(state), state.period_s
+        across, along = speeds.camera_mm_per_s * period_s, speeds.insertion_mm_per_s * period_s
+        return DrivenCamera(state.obeyed_mm, across, state.tip_s, along)
 
     def row(self, state: SnakeState, out: Array) -> None:
         """Write the numbers of ``row_layout`` into ``out``."""

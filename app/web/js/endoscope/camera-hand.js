@@ -1,6 +1,5 @@
-// A hand in the picture of a camera that is driven. A drag says how far the camera is to go, and the control process makes up
-// for what is left of that while the hand holds: on a busy machine too it arrives. The wheel says how far to insert, and what
-// is sent is how fast: the way that is left decides.
+// A hand in the picture of a camera that is driven. A drag says how far the camera is to go, and a wheel where the tip is to be;
+// the control process makes up for what is left of that while the hand holds: on a busy machine too it arrives.
 import { LET_GO } from "../keys.js";
 
 /** @import { Connection } from "../connection.js" */
@@ -14,23 +13,11 @@ export const NOTCH_MM = 5;
 const NOTCH_PX = 100; // of a wheel that scrolls by pixels
 const MOST_LEFT_MM = 60; // of insertion that is owed: a wheel that was spun
 const EVERY_MS = 20;
-const AGAIN_MS = 80; // a drag that is held is told again: of heartbeats that were missing it takes hold anew
-const NEAR_MM = 1.5; // from there on the insertion slows down
+const AGAIN_MS = 80; // what is held is told again: of heartbeats that were missing it takes hold anew
 const REACHED_MM = 0.15;
 const STUCK_MS = 1500; // held for so long, what is left is forgotten
 
 /** A press on the picture: its pointer, where that was pressed, and the camera's way since, mm. @typedef {{ pointer: number, x: number, y: number, right: number, down: number }} Drag */
-
-/**
- * The axis that inserts towards a depth, from −1 to 1; 0 once it is reached.
- * @param {number} wanted mm
- * @param {number} here mm
- * @param {number} speed of a full axis, mm/s
- */
-export function insertAxis(wanted, here, speed) {
-  const left = wanted - here;
-  return Math.abs(left) < REACHED_MM ? 0 : Math.max(-1, Math.min(1, left / Math.max(NEAR_MM, 0.05 * speed)));
-}
 
 export class CameraHand {
   /**
@@ -49,9 +36,8 @@ export class CameraHand {
     this.dragged = null;
     /** @type {number | null} mm along the lumen where the wheel wants the tip, null for anywhere */
     this.depth = null;
-    this.inserts = 0; // the axis that was sent last
-    this.saidAt = -Infinity; // of the drag
-    this.said = ""; // its way
+    /** @type {Map<string, { as: string, at: number }>} what was told last of each message, and when */
+    this.told = new Map();
     /** @type {ReturnType<typeof setInterval> | undefined} */
     this.timer = undefined;
     this.nearer = { left: Infinity, at: 0 };
@@ -81,7 +67,7 @@ export class CameraHand {
     if (!this.ready || event.button !== 0 || (event.target !== this.picture && event.target !== this.pane)) return; // what lies over them is pressed itself
     if (event.target === this.pane) this.pane.setPointerCapture(event.pointerId); // the picture captures its own
     this.dragged = { pointer: event.pointerId, x: event.clientX, y: event.clientY, right: 0, down: 0 };
-    this.tellDrag(this.dragged);
+    this.say("camera.drag", wayOf(this.dragged), true);
     this.begin();
   }
 
@@ -102,7 +88,7 @@ export class CameraHand {
     const { dragged } = this;
     if (!dragged) return;
     this.dragged = null;
-    this.connection.send("camera.drag", { right_mm: dragged.right, down_mm: dragged.down, held: false });
+    this.say("camera.drag", wayOf(dragged), false);
     if (this.depth === null) this.rest();
   }
 
@@ -117,6 +103,7 @@ export class CameraHand {
     const wanted = (this.depth ?? here) - NOTCH_MM * notches;
     this.depth = Math.max(0, Math.min(length, Math.max(here - MOST_LEFT_MM, Math.min(here + MOST_LEFT_MM, wanted))));
     this.nearer = { left: Infinity, at: performance.now() };
+    this.say("insert.to", { depth_mm: this.depth }, true);
     this.begin();
   }
 
@@ -126,44 +113,48 @@ export class CameraHand {
     this.timer = setInterval(() => this.tell(), EVERY_MS);
   }
 
-  /** Tell the way of the drag, where it is another or was not told for long, and how fast to insert. */
+  /** Tell the way of the drag and the depth of the wheel, where they are others or were not told for long. */
   tell() {
     const { snake } = this.connection.state;
     if (!this.ready || !snake) {
       this.stop();
       return;
     }
-    const { dragged } = this;
-    if (dragged && (wayOf(dragged) !== this.said || performance.now() - this.saidAt >= AGAIN_MS)) this.tellDrag(dragged);
-    this.forgetIfStuck(snake.depth_mm);
-    const insert = this.depth === null ? 0 : insertAxis(this.depth, snake.depth_mm, snake.insertion_mm_per_s);
-    if (insert === 0) this.depth = null;
-    this.insert(insert);
+    const { dragged, depth } = this;
+    if (dragged) this.say("camera.drag", wayOf(dragged), true);
+    if (depth !== null && (Math.abs(depth - snake.depth_mm) < REACHED_MM || this.stuck(depth, snake.depth_mm))) this.forgetDepth();
+    else if (depth !== null) this.say("insert.to", { depth_mm: depth }, true);
     if (this.depth === null && !dragged) this.rest();
   }
 
-  /** @param {Drag} dragged */
-  tellDrag(dragged) {
-    this.said = wayOf(dragged);
-    this.saidAt = performance.now();
-    this.connection.send("camera.drag", { right_mm: dragged.right, down_mm: dragged.down, held: true });
+  /**
+   * Tell a place that is held, where it is another or was not told for long, and at once that it is not held any more.
+   * @param {"camera.drag" | "insert.to"} type
+   * @param {{ right_mm: number, down_mm: number } | { depth_mm: number }} place
+   * @param {boolean} held
+   */
+  say(type, place, held) {
+    const as = JSON.stringify(place), at = performance.now(), last = this.told.get(type);
+    if (held && last?.as === as && at - last.at < AGAIN_MS) return;
+    if (held) this.told.set(type, { as, at });
+    else this.told.delete(type);
+    this.connection.send(type, { ...place, held });
   }
 
-  /** @param {number} insert beside the axes of keys and devices, which are added on the server */
-  insert(insert) {
-    if (insert || this.inserts) this.connection.send("axes", { hand: "picture", insert });
-    this.inserts = insert;
+  forgetDepth() {
+    if (this.depth !== null) this.say("insert.to", { depth_mm: this.depth }, false);
+    this.depth = null;
   }
 
   /**
    * A robot that is held does not come nearer: the wheel is not to go on by itself once it is free.
+   * @param {number} depth
    * @param {number} here
    */
-  forgetIfStuck(here) {
-    if (this.depth === null) return;
-    const left = Math.abs(this.depth - here), at = performance.now();
+  stuck(depth, here) {
+    const left = Math.abs(depth - here), at = performance.now();
     if (left < this.nearer.left - 0.05) this.nearer = { left, at };
-    else if (at - this.nearer.at > STUCK_MS) this.depth = null;
+    return at - this.nearer.at > STUCK_MS;
   }
 
   rest() {
@@ -174,16 +165,15 @@ export class CameraHand {
   }
 
   stop() {
-    this.depth = null;
+    this.forgetDepth();
     this.release();
-    this.insert(0);
     this.rest();
   }
 }
 
 /** @param {Drag} dragged */
 function wayOf({ right, down }) {
-  return `${right} ${down}`;
+  return { right_mm: right, down_mm: down };
 }
 
 /** @param {ViewModel} state */
