@@ -33,7 +33,7 @@ def create_app(settings: Settings, services: Services, scene_server: SceneServer
             WarmUpStep("Reading the head", lambda: _read_head(services)),
             WarmUpStep("Loading the geometry engine", lambda: _drive_plans(services)),
         ),
-        later=(WarmUpStep("Preparing the snake", worlds.SNAKE.prepare),),
+        beside=(WarmUpStep("Preparing the snake", worlds.SNAKE.prepare),),
         ends=(PlannerEnds,),
     )
     link = None if settings.igtl is None else LiveLink(settings.igtl, services)

@@ -31,7 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> dict[str, Any]:
     """Return seconds from the command to its address, to a response there, and to the last kernel, in separate folders.
 
-    At `compiled_s` all kernels of the page are compiled, at `snake_compiled_s` those that only the snake needs.
+    At `compiled_s` all kernels of the page are compiled, at `snake_compiled_s` those of the snake, which are compiled
+    beside them at a low priority. `of_page`, `of_snake`: how many they are.
 
     Raises:
         BenchmarkRefused: the planner does not start here, or the number makes no sense.
@@ -77,21 +78,22 @@ def _start(folder: Path, until_compiled: bool = False, linger_s: float = 0.0) ->
         _ask(address)
         told["answer_s"] = time.perf_counter() - began
         if until_compiled:
-            _await(folder, RIGID.done, process)
+            told["of_page"] = _await(folder, RIGID.done, process)
             told["compiled_s"] = time.perf_counter() - began
-            _await(folder, SNAKE.done, process)
+            told["of_snake"] = _await(folder, SNAKE.done, process)
             told["snake_compiled_s"] = time.perf_counter() - began
         time.sleep(linger_s)
     return told
 
 
-def _await(folder: Path, done: str, process: subprocess.Popen[str]) -> None:
-    """Wait until the planner has compiled the kernels that this file marks."""
+def _await(folder: Path, done: str, process: subprocess.Popen[str]) -> int:
+    """Wait until the planner has compiled the kernels that this file marks; return how many they are."""
     began = time.perf_counter()
-    while not list(folder.glob(f"cache/kernels/*/{done}")):
+    while not (marks := list(folder.glob(f"cache/kernels/*/{done}"))) or not (number := marks[0].read_text()):
         if process.poll() is not None or time.perf_counter() - began > GIVE_UP_S:
             raise report.BenchmarkRefused("the planner did not get its kernels compiled; see vfix doctor")
         time.sleep(LOOK_S)
+    return int(number)
 
 
 def _ask(address: str) -> None:

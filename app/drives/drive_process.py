@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Executor
 from functools import partial
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 from app.drives.drive_record import HAND, ProcessStatus
 from app.drives.prepared_drive import PreparedDrive
@@ -27,7 +27,14 @@ from vfix_engine.runtime.snapshot import Snapshot
 
 P = TypeVar("P", bound=PreparedDrive[Any])
 T = TypeVar("T", bound=Snapshot)
-Tell = Callable[[str], None]
+
+
+class Tell(Protocol):
+    """Shows how far a start is; raises ControlError once nobody waits for it."""
+
+    def __call__(self, words: str, fraction: float | None = None, /) -> None:
+        """words: what is being done; fraction: of it, None where that is not known."""
+
 
 SILENT_S = 2.0  # a process without a new snapshot for this long hangs; one at rest publishes several a second
 _ENDED = "The control process ended. Start the rehearsal again."
@@ -49,6 +56,7 @@ class DriveProcess(Generic[P, T]):
         self._prepared: P | None = None
         self._state: ProcessStatus = "absent"
         self._words = ""
+        self._fraction: float | None = None  # of what the words say
         self._made_of: object = None  # key of the inputs that it was prepared from
         self._generation = 0
         self._exchange: SettingsExchange | None = None  # None until there is a process
@@ -76,12 +84,12 @@ class DriveProcess(Generic[P, T]):
         with self._lock:
             self.control, self.preset = control, preset
 
-    def _tell(self, generation: int, words: str) -> None:
+    def _tell(self, generation: int, words: str, fraction: float | None = None) -> None:
         """Show how far a start is, on its preparation's thread. Raises ControlError once nobody waits for it."""
         with self._lock:
             if generation != self._generation or self._state != "starting":
                 raise ControlError(_NOT_WANTED)
-            self._words = words
+            self._words, self._fraction = words, fraction
 
     def _compiling(self, generation: int, count: int) -> None:
         self._tell(generation, f"First start: compiling, {count} parts done.")
@@ -91,14 +99,15 @@ class DriveProcess(Generic[P, T]):
     ) -> None:
         """Prepare the drive and start its process in the background; a running one is closed first.
 
-        made_of: the inputs of the preparation, see :meth:`is_for`. prepare: gets what shows how far this start is, and
-            raises ControlError once nobody waits for it. words: shown meanwhile.
+        made_of: the inputs of the preparation, see :meth:`is_for`. prepare: gets what shows how far this start is.
+        words: shown meanwhile.
         """
         self.close()
         with self._lock:
             self._generation += 1
             generation = self._generation
             self._state, self._words, self._made_of = "starting", words, made_of
+            self._fraction = None
             self._requested = None
         executor.submit(self._start, generation, made_of, prepare)
 

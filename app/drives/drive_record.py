@@ -26,7 +26,8 @@ ProcessStatus = Literal["absent", "starting", "ready", "silent", "failed"]
 class DriveRecord(Generic[P, T]):
     """State of a shared drive. P is the type of the prepared drive, T that of its snapshots.
 
-    state, words: of the control process; words: progress of its start, or why it failed.
+    state, words: of the control process; words: progress of its start, or why it failed. fraction: of what they say
+    of its start, None where that is not known.
     snapshot: the newest; None before the first. prepared: the driven one; None while there is no robot.
     made_of: key of the inputs that it was prepared from. requested: the request that was sent last, None before the
         first.
@@ -45,6 +46,7 @@ class DriveRecord(Generic[P, T]):
 
     state: ProcessStatus = "absent"
     words: str = ""
+    fraction: float | None = None
     snapshot: T | None = None
     prepared: P | None = None
     made_of: Any = None

@@ -35,11 +35,13 @@ class CommentView(TypedDict):
 class DriveSection(DriveMotion):
     """A drive and the holder of its handle; mine: this client, holder: another one.
 
-    unrecorded: why the drive is not recorded, or not to its end; None where it is. comments: the newest first.
+    fraction: of what the words say of a start, None where that is not known. unrecorded: why the drive is not recorded,
+    or not to its end; None where it is. comments: the newest first.
     """
 
     state: DrivePhase
     words: str
+    fraction: float | None
     mine: bool
     holder: str | None
     can_take: bool

@@ -50,6 +50,7 @@ class SharedDrive(DriveProcess[P, T]):
             return DriveRecord(
                 state=self._state,
                 words=self._words,
+                fraction=self._fraction if self._state == "starting" else None,
                 snapshot=None if process is None else process.snapshot(),
                 prepared=self._prepared,
                 made_of=self._made_of,

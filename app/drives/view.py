@@ -21,6 +21,7 @@ def drive_section(now: DriveRecord[Any, Any]) -> DriveSection:
     return {
         "state": now.shown_state,
         "words": now.words,
+        "fraction": None if now.fraction is None else number(now.fraction, 3),
         "mine": now.mine,
         "holder": "Another window" if now.holder is not None and not now.mine else None,
         "can_take": now.holder is None,

@@ -36,17 +36,17 @@ class WarmUpStatus:
 class WarmUp:
     """Runs its steps once, in order, on a thread; `status` is thread-safe.
 
-    later: steps that begin when everything is ready and that nothing waits for; failures are logged.
+    beside: steps on a thread of their own, which the status does not wait for; failures are logged.
     ends: exceptions that a step raises because the planner shuts down, which is no failure; no other step begins then.
     """
 
     def __init__(
         self,
         steps: Sequence[WarmUpStep],
-        later: Sequence[WarmUpStep] = (),
+        beside: Sequence[WarmUpStep] = (),
         ends: tuple[type[Exception], ...] = (),
     ) -> None:
-        self._steps, self._later, self._ends = tuple(steps), tuple(later), ends
+        self._steps, self._beside, self._ends = tuple(steps), tuple(beside), ends
         self._done = threading.Event()
         self._text: str | Callable[[], str] = "Getting ready"
         self._ready, self._failed = False, ""
@@ -58,17 +58,17 @@ class WarmUp:
         return WarmUpStatus(text if isinstance(text, str) else text(), self._ready, self._failed)
 
     def start(self) -> None:
-        """Start the thread, which does not keep the process alive."""
-        threading.Thread(target=self._run, name="warm-up", daemon=True).start()
+        """Start the threads, which do not keep the process alive."""
+        for name, run in (("warm-up", self._get_ready), ("warm-up-beside", self._do_beside)):
+            threading.Thread(target=run, name=name, daemon=True).start()
 
     def wait(self, timeout: float) -> bool:
         """Wait for the end, successful or not; False after `timeout` seconds."""
         return self._done.wait(timeout)
 
-    def _run(self) -> None:
+    def _do_beside(self) -> None:
         with suppress(*self._ends):
-            self._get_ready()
-            for step in self._later if self._ready else ():
+            for step in self._beside:
                 self._take(step, shown=False)
 
     def _get_ready(self) -> None:
@@ -77,7 +77,7 @@ class WarmUp:
                 self._take(step)
             self._ready = True
         except self._ends:
-            raise
+            pass
         except Exception as error:
             _LOG.error("getting ready failed: %s", error_places(error))
             self._failed = f"Getting ready failed: {error}"

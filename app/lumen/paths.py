@@ -6,6 +6,7 @@ import dataclasses
 import hashlib
 import math
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,7 +16,7 @@ from msgspec.structs import replace
 from app.cases.kinds import is_cavity
 from app.cases.service import CaseService
 from app.kit.cache import Cache
-from app.kit.jobs import Job, Jobs, Progress
+from app.kit.jobs import ENDED, Job, Jobs, Progress
 from app.lumen.cavity import cavity_lumen, cavity_path
 from app.lumen.contours import hand_contours, with_contours
 from app.lumen.document import Route, StoredRoute
@@ -23,6 +24,7 @@ from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.worlds.registry import SNAKE
 
 if TYPE_CHECKING:  # slow to load, and a planner without a lumen needs none of it
     from vfix_engine.pathway.hand_contours import EditedPathway
@@ -31,9 +33,11 @@ if TYPE_CHECKING:  # slow to load, and a planner without a lumen needs none of i
     from vfix_engine.worlds.snake.lumen import Lumen
     from vfix_engine.worlds.snake.reach import Reach
 
+FIRST_START = "First start: preparing the snake"
 KEPT = 8  # routes whose pathway stays in memory
 RING_MM = 15.0  # between two contours that are drawn
 RADIUS_STEP_MM = 5.0  # between two radii of the plot
+_LOOK_S = 0.2  # how often it is told how far a job is
 _CORNERS = 24  # of the rim of a circle
 _BODY_AXIS = (0.0, 0.0, 1.0)
 _WAVE_MM = 120.0  # between two waves of peristalsis
@@ -171,10 +175,14 @@ class RoutePaths:
         _ends(route.content)
 
     def start(self, route: StoredRoute) -> Job:
-        """Compute it as a job. Raises NotFound, and InputError for a route without entry or end."""
+        """Compute it as a job, once the robot's kernels are there.
+
+        Raises NotFound, and InputError for a route without entry or end.
+        """
         self.check_ends(route)
 
         def work(progress: Progress) -> str:
+            SNAKE.wait(lambda: progress(FIRST_START, SNAKE.progress()))
             self.make(route, progress)
             return route.id
 
@@ -183,11 +191,17 @@ class RoutePaths:
             same=self.key(route),
         )  # fmt: skip
 
-    def wait(self, route: StoredRoute) -> RoutePath:
-        """The path, computed as a job where it is not known. Raises VfixError where there is none."""
+    def wait(self, route: StoredRoute, tell: Callable[[str, float], object] | None = None) -> RoutePath:
+        """The path, computed as a job where it is not known; tell: called with its stage and how much of it is done.
+
+        Raises VfixError where there is none, and what `tell` does.
+        """
         if (known := self.known(route)) is not None:
             return known
-        ended = self._jobs.wait(self.start(route).id)
+        job = self.start(route).id
+        while tell is not None and (now := self._jobs.wait(job, _LOOK_S)).state not in ENDED:
+            tell(now.stage, now.fraction)
+        ended = self._jobs.wait(job)
         if ended.error is not None:
             raise ended.error
         return self.make(route)

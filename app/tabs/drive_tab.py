@@ -295,7 +295,7 @@ class DriveTab(Tab, Generic[P, T]):
     def drive_key(self) -> tuple[object, ...]:
         """Changes with whatever :meth:`drive_section` tells, and with the snapshots that were read before."""
         now = self.now
-        told = now.state, now.words, now.mine, now.holder, now.unrecorded, now.requested, now.hand_lost
+        told = now.state, now.words, now.fraction, now.mine, now.holder, now.unrecorded, now.requested, now.hand_lost
         how = now.control, now.preset, now.comments
         return self.reads, Same(now.snapshot), Same(now.prepared), *told, *how, self.client
 

@@ -18,6 +18,7 @@ import secrets
 import shutil
 import sys
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -150,11 +151,13 @@ class KernelFiles:
 class KernelCache(caching.FunctionCache):
     """numba's cache of one function in the folder above. If it is not writable, kernels are compiled in every process.
 
-    all_saved: whether every kernel compiled by this process was written.
+    all_saved: whether every kernel compiled by this process was written. told: called with the name of each kernel that
+    is loaded or saved.
     """
 
     _impl_class = _CacheImpl
     all_saved: ClassVar[bool] = True
+    told: ClassVar[Callable[[str], object]] = str
 
     def __init__(self, function: Any) -> None:
         super().__init__(function)  # type: ignore[no-untyped-call]
@@ -166,9 +169,13 @@ class KernelCache(caching.FunctionCache):
             super().save_overload(signature, data)  # type: ignore[no-untyped-call]
         except OSError:
             KernelCache.all_saved = False
+        KernelCache.told(self._impl.filename_base)
 
     def load_overload(self, signature: Any, target_context: Any) -> Any:
         """Read a compiled kernel; None if it is missing or unreadable."""
+        found: Any = None
         with suppress(OSError, EOFError):
-            return super().load_overload(signature, target_context)  # type: ignore[no-untyped-call]
-        return None
+            found = super().load_overload(signature, target_context)  # type: ignore[no-untyped-call]
+        if found is not None:
+            KernelCache.told(self._impl.filename_base)
+        return found

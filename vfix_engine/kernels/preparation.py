@@ -33,8 +33,8 @@ class Preparation:
 
     module: contains its parts. processes: the parts of each process; after each part but the last a process waits until
     the others have reached the same point, since a later part links their kernels. done: name of the file that marks
-    completion. kernels: their number in the folder at the end, for the progress. spare: the result is not awaited, so
-    the processes run at low priority.
+    completion and holds the number of kernels. kernels: that number, for the progress. spare: the processes run at low
+    priority, beside those of another preparation.
     """
 
     module: str
@@ -43,6 +43,7 @@ class Preparation:
     kernels: int
     spare: bool = False
     _idle: threading.Event = field(default_factory=threading.Event, init=False, repr=False)
+    _names: set[str] = field(default_factory=set, init=False, repr=False)  # of the kernels that are ready
 
     def __post_init__(self) -> None:
         self._idle.set()
@@ -55,9 +56,8 @@ class Preparation:
         return (folder / self.done).exists() or not os.access(folder, os.W_OK)
 
     def progress(self) -> float:
-        """Fraction of the kernels that are compiled and saved, below 1 until completion."""
-        folder = cache_folder()
-        return 0.99 if folder is None else min(saved_kernels(folder) / self.kernels, 0.99)
+        """Fraction of the kernels that its processes have compiled or found, below 1 until completion."""
+        return min(len(self._names) / self.kernels, 0.99)
 
     def prepare(self) -> None:
         """Compile everything; return on completion.
@@ -68,11 +68,12 @@ class Preparation:
         folder = cache_folder()
         if self.is_prepared() or folder is None:
             return
+        self._names.clear()
         self._idle.clear()
         try:
             if self._run_all():  # else the disk is full: the next start tries again
                 with suppress(OSError):
-                    (folder / self.done).touch()
+                    (folder / self.done).write_text(str(len(self._names)))
         finally:
             self._idle.set()
 
@@ -117,7 +118,10 @@ class Preparation:
             late.daemon = True
             late.start()
             try:
-                while process.stdout.readline():
+                while line := process.stdout.readline():
+                    if name := line.strip().decode():
+                        self._names.add(name)
+                        continue
                     meeting.wait()
                     process.stdin.write(_GO)
                     process.stdin.flush()
@@ -132,13 +136,12 @@ class Preparation:
         return status == 0
 
 
-def saved_kernels(folder: Path) -> int:
-    """Number of kernels with a compiled version in the folder."""
-    return len({file.name.rsplit(".", 2)[0] for file in folder.glob("*.nbc")})
-
-
 def compile_parts(arguments: Sequence[str], table: Mapping[str, Callable[[], None]]) -> None:
-    """Main function of such a process: compile the named parts one after the other, then exit."""
+    """Main function of such a process: compile the named parts one after the other, then exit.
+
+    It prints the name of each kernel that is ready, and an empty line between two parts.
+    """
+    KernelCache.told = lambda name: print(name, flush=True)
     go = threading.Event()
     threading.Thread(target=_listen, args=(go,), daemon=True).start()
     if "--spare" in arguments and hasattr(os, "nice"):

@@ -44,8 +44,8 @@ __all__ = [
     "RIGID", "SNAKE", "WORLDS", "World", "arm_of", "codes_of", "is_certified", "preparation_of", "prepare", "spec_of",
 ]  # fmt: skip
 
-# One process, which yields to others: the page waits for the rigid tool's kernels only.
-SNAKE = Preparation("vfix_engine.worlds.snake.preparation", (("drive",),), "prepared-snake", 237, spare=True)
+# One process, which yields to the others: the page waits for the rigid tool's kernels only.
+SNAKE = Preparation("vfix_engine.worlds.snake.preparation", (("drive",),), "prepared-snake", 113, spare=True)
 
 _OF_ROBOT, _OF_HAND = frozenset(("q0", "v0", "share", "emergency")), frozenset(("push_x", "contacts", "depth"))
 _OF_SNAKE = frozenset(("q0", "tip_s", "beyond_bound"))

@@ -122,7 +122,8 @@ export default class DrivePanel {
         <button type="button" id="reset" ?disabled=${!(mine && !trial && LIVE.includes(state)) && !silent}
           @click=${() => this.connection.send(silent ? "rehearsal.end" : "rehearsal.reset")}>${silent ? "End process" : "Reset"}</button>
       </div>
-      <p class=${caution ? "words caution" : "words"} id="drive-words" role="status">${said(words || STATE_WORDS[state] || "")}</p>
+      <p class=${caution ? "words caution" : "words"} id="drive-words" role="status">${said(startWords(rehearsal) || STATE_WORDS[state] || "")}</p>
+      ${typeof rehearsal?.fraction !== "number" ? nothing : html`<div class="progress" id="start-progress"><div style=${`width: ${(100 * rehearsal.fraction).toFixed(1)}%`}></div></div>`}
       ${narrow ? this.narrow(narrow) : nothing}
       <p class="words caution" id="unrecorded" ?hidden=${!unrecorded}>${unrecorded ? said(`Not recorded: ${unrecorded}`) : nothing}</p>`;
   }
@@ -187,6 +188,14 @@ export default class DrivePanel {
       ${bends}
       <label class="check"><input type="checkbox" id="force-sound" .checked=${live(forceSound.on)} @change=${(/** @type {Event} */ event) => forceSound.turn(on(event))}>Sound of force</label>`;
   }
+}
+
+/**
+ * What is being done for a start and how much of it, or why there is none.
+ * @param {ViewModel["rehearsal"]} rehearsal
+ */
+function startWords({ words = "", fraction = null } = /** @type {NonNullable<ViewModel["rehearsal"]>} */ ({})) {
+  return fraction === null ? words : `${words}, ${fixed(100 * fraction, 0)}\u00a0%`;
 }
 
 /**

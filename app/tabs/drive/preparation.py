@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from app.cases.model import Case
+from app.drives.drive_process import Tell
 from app.drives.prepared_drive import PreparedDrive
 from app.lumen.document import Route, StoredRoute
 from app.lumen.drive_options import LumenDriveOptions
-from app.lumen.paths import RoutePath
+from app.lumen.paths import FIRST_START, RoutePath
 from app.lumen.robot_wall import RobotWall
 from app.lumen.task_watch import LabelWatch, PolypWatch, TaskWatch
 from app.lumen.tasks import route_polyps
@@ -44,20 +44,18 @@ class PreparedSnake(PreparedDrive[SnakeSnapshot]):
             self.task.begin(process)
 
 
-def prepare(
-    services: Services, route: StoredRoute, options: LumenDriveOptions, tell: Callable[[str], object]
-) -> PreparedSnake:
-    """The world of a route; its pathway is computed where it is not known, and kernels that are being compiled are
-    waited for.
+def prepare(services: Services, route: StoredRoute, options: LumenDriveOptions, tell: Tell) -> PreparedSnake:
+    """The world of a route; kernels that are being compiled are waited for, and its pathway is computed where it is not
+    known.
 
-    tell: called with words on how far that is.
+    tell: called with how far that is.
     Raises VfixError where the route leads nowhere, or the lumen is narrower than the robot.
     """
-    path = services.lumen_routes.paths.wait(route)
+    SNAKE.wait(lambda: tell(FIRST_START, SNAKE.progress()))
+    path = services.lumen_routes.paths.wait(route, tell)
     path.reach.narrowest.refuse(path.snake)
     drive = options.settings(path.settings)
     task = watched_task(services, route, path, options, tell)
-    SNAKE.wait(lambda: tell(f"First start: preparing the snake, {100 * SNAKE.progress():.0f} %"))
     settings = SnakeSettings(step_s=STEP_S, bound_mm=drive.bound_mm, tip_bound_mm=drive.tip_bound_mm)
     spec = SnakeSystemSpec(path.contours, path.snake, settings, drive, path.tissue, base=path.base)
     driven = services.lumen_routes.paths.key(route)
@@ -91,7 +89,7 @@ def landmarks_along(case: Case, path: RoutePath) -> tuple[tuple[float, str], ...
 
 
 def watched_task(
-    services: Services, route: StoredRoute, path: RoutePath, options: LumenDriveOptions, tell: Callable[[str], object]
+    services: Services, route: StoredRoute, path: RoutePath, options: LumenDriveOptions, tell: Tell
 ) -> TaskWatch[Any] | None:
     """The task that is chosen, None for none. Raises VfixError where it cannot be made of this route."""
     if options.task is None:
@@ -109,7 +107,7 @@ def watched_task(
     task = tasks.polyps(
         route,
         options.task,
-        lambda share: tell(f"Searching what this robot can view, {100 * share:.0f} %."),
+        lambda share: tell("Searching what this robot can view", share),
     )
     tell("Starting …")
     return PolypWatch(task, path.snake, path.tissue, LumenSight(tasks.wall(route.case_id), task, path.tissue))

@@ -1044,6 +1044,7 @@ export interface RehearsalSection {
   virtual_point?: [number, number, number];
   state: "absent" | "starting" | "ready" | "running" | "paused" | "silent" | "failed";
   words: string;
+  fraction: number | null;
   mine: boolean;
   holder: string | null;
   can_take: boolean;

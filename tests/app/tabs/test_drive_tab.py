@@ -303,7 +303,9 @@ def test_landmarks_on_the_way_have_their_depth_and_others_are_none(
     found = preparation.landmarks_along(case, path)
     assert [name for _, name in found] == ["Low", "Deep"]
     assert [s for s, _ in found] == pytest.approx([20.0, 60.0], abs=0.1)
-    prepared = replace(preparation.prepare(phantom_services, route, LumenDriveOptions(), str), landmarks=found)
+    prepared = replace(
+        preparation.prepare(phantom_services, route, LumenDriveOptions(), lambda *_: None), landmarks=found
+    )
     assert [passed(prepared, depth) for depth in (0.0, 21.0, 59.0, 61.0)] == ["", "Low", "Low", "Deep"]
     assert preparation.landmarks_along(case, replace(path, base=np.eye(4))) == ()
 
@@ -315,17 +317,16 @@ def test_kernels_that_are_being_prepared_are_waited_for_in_words(
     slow = Preparation("none", (), "never", 200)
     slow._idle.clear()
     monkeypatch.setattr(preparation, "SNAKE", slow)
-    told: list[str] = []
+    told: list[tuple[str, float | None]] = []
 
-    def tell(words: str) -> None:
-        told.append(words)
+    def tell(words: str, fraction: float | None = None) -> None:
+        told.append((words, fraction))
         if len(told) == 3:
             slow._idle.set()
 
     prepared = preparation.prepare(phantom_services, route, LumenDriveOptions(), tell)
     assert prepared.drive.arm == "certified"
-    assert len(told) == 3
-    assert told[0].startswith("First start: preparing the snake, ")
+    assert told[:3] == [("First start: preparing the snake", 0.0)] * 3
 
 
 def test_a_row_of_poses_has_the_camera_and_the_force_of_guidance(

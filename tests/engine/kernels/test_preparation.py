@@ -113,14 +113,42 @@ def test_who_needs_the_engine_meanwhile_waits_for_it(folder: Path, monkeypatch: 
         assert isinstance(running.exception(60), subprocess.SubprocessError)
 
 
-def test_the_progress_is_what_lies_in_the_folder(folder: Path) -> None:
-    assert RIGID.progress() == 0.0
-    for number in range(RIGID.kernels // 2):
-        (folder / f"kernel-{number}.0.nbc").touch()
-    assert RIGID.progress() == pytest.approx(0.5, abs=0.01)
-    for number in range(RIGID.kernels):
-        (folder / f"kernel-{number}.0.nbc").touch()
-    assert RIGID.progress() == 0.99  # it is still going on
+def test_the_progress_is_what_its_own_processes_have_compiled(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another world's kernels, which are compiled beside them, are none of it; one that two compile counts once."""
+    seen: list[float] = []
+    names = iter((*"abcd", "a", ""))
+
+    class Ends:
+        def write(self, data: bytes) -> None:
+            (folder / f"other-{len(seen)}.0.nbc").touch()
+
+        def flush(self) -> None:
+            seen.append(world.progress())
+
+    class Process:
+        def __init__(self, *_: Any, **__: Any) -> None:
+            self.stdin, self.stdout = Ends(), self
+
+        def readline(self) -> bytes:
+            seen.append(world.progress())
+            return name.encode() + b"\n" if (name := next(names, None)) is not None else b""
+
+        def wait(self) -> int:
+            return 0
+
+        def kill(self) -> None: ...
+
+        def __enter__(self) -> Process:
+            return self
+
+        def __exit__(self, *_: object) -> None: ...
+
+    world = replace(RIGID, processes=(("one",),), kernels=5)
+    monkeypatch.setattr(subprocess, "Popen", Process)
+    world.prepare()
+    assert seen == pytest.approx([0.0, 0.2, 0.4, 0.6, 0.8, 0.8, 0.8, 0.8])
+    assert (folder / world.done).read_text() == "4"
+    assert world.is_prepared()
 
 
 def test_there_is_nothing_to_do_where_nothing_is_kept_or_numba_keeps_it(

@@ -31,7 +31,7 @@ from .system import RigidSystem
 
 # For two processes; the second parts use kernels of both first ones.
 RIGID = Preparation(
-    "vfix_engine.worlds.rigid.preparation", (("surface", "distances"), ("parts", "control")), "prepared", 135
+    "vfix_engine.worlds.rigid.preparation", (("surface", "distances"), ("parts", "control")), "prepared", 134
 )
 prepare, is_prepared, progress, wait = RIGID.prepare, RIGID.is_prepared, RIGID.progress, RIGID.wait
 
