@@ -127,7 +127,7 @@ class Display:
         """The active tab, and those that are beside it."""
         warming, view = self._warming(), self._active
         spec = view.tab.spec
-        if warming:
+        if warming and spec.for_heads:
             hint = f"{warming} …"
         elif self._workspace.case.deleted and not view.tab.busy:
             hint = "This head was deleted elsewhere. Restore it from the list of deleted heads, or open another one."

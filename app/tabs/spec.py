@@ -51,6 +51,11 @@ class TabSpec:
     endoscope: Endoscope = "none"
 
     @property
+    def for_heads(self) -> bool:
+        """Whether it needs what the planner gets ready for a head; what a lumen needs is told by its own tabs."""
+        return not self.kinds or "head" in self.kinds
+
+    @property
     def folder(self) -> Path:
         """Where ``panel.js`` lies."""
         file = importlib.import_module(self.package).__file__

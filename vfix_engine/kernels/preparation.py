@@ -24,7 +24,7 @@ MOST_S = 600.0  # timeout of a process
 _LOOK_S = 0.1
 _GO = b"."
 _NOT_KEPT = 3  # exit status of a process that could not write all of its kernels
-_NICE = 10  # of processes whose result is not awaited
+_NICE = 3  # of processes that others come before: a larger one makes them stand on two cores
 
 
 @dataclass(frozen=True, eq=False)

@@ -293,7 +293,7 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
         if route is None:
             return "Make a route first, in Route."
         if now.shown_state == "starting":
-            return "The robot comes to the entry; the panel says how far it is."
+            return "The robot comes to the entry."
         fixed = "labels" in self._offered()  # on a base in the cavity
         if fixed and now.shown_state != "running":
             return "Press Start or Continue, then drag in the picture."

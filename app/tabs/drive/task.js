@@ -44,7 +44,7 @@ function instructions(now) {
   const hold = now?.hold_s ?? USUAL_HOLD_S;
   const end = now?.end_name ? `in the ${now.end_name} colon` : now ? `at ${fixed(now.end_mm, 0)} mm` : "at the end of the way";
   return html`<p class="words">Insert the robot and find the blue polyps.</p>
-    <p class="words">Hold each in the frame for ${fixed(hold, hold % 1 ? 1 : 0)} s, 15 ± 7 mm away.</p>
+    <p class="words">Hold each in the frame for ${fixed(hold, hold % 1 ? 1 : 0)} s, 15\u00a0±\u00a07\u00a0mm away.</p>
     ${hintLine("task-end", `The task ends ${end}.`, HELP)}`;
 }
 

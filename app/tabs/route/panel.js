@@ -4,6 +4,7 @@ import { askName, noteDone } from "/static/js/dialogs.js";
 import { isUndoKey } from "/static/js/fields.js";
 import { h } from "/static/js/dom.js";
 import { fixed, when } from "/static/js/format.js";
+import { stageWords } from "/static/js/jobs.js";
 import { NumberFields } from "/static/js/number-fields.js";
 import { placeWords } from "/static/js/slices/place-words.js";
 import { rovingRows } from "/static/js/roving.js";
@@ -156,7 +157,7 @@ export default class RoutePanel {
       this.connection.send("route.robot", { links, length_mm, radius_mm });
       if (bound_mm !== (this.connection.state.route?.bound_mm ?? null)) this.connection.send("route.bound", { bound_mm });
     };
-    return html`${pathWords(path)}<ul class="list plain-rows" id="reach-offers" ?hidden=${!path.offers.length}>${path.offers.map((offer) => html`<li class="row"><span>${offer.words}</span>
+    return html`${pathWords(path, this.connection.state)}<ul class="list plain-rows" id="reach-offers" ?hidden=${!path.offers.length}>${path.offers.map((offer) => html`<li class="row"><span>${offer.words}</span>
       <button type="button" @click=${() => take(offer)}>Take</button></li>`)}</ul>`;
   }
 
@@ -201,10 +202,23 @@ class RouteParts extends FoldedParts {
   }
 }
 
-/** @param {RoutePathSection} path */
-function pathWords(path) {
+/**
+ * How far the pathway of the open route is.
+ * @param {ViewModel} state
+ */
+function computing({ jobs, route }) {
+  const job = jobs?.items.find(({ kind, document_id: of }) => kind === "route" && of === route?.id);
+  if (!job) return html`<p class="words" id="route-state">Computing …</p>`;
+  return html`<p class="words" id="route-state">${stageWords(job)}</p><div class="progress"><div style=${`width: ${(100 * job.fraction).toFixed(1)}%`}></div></div>`;
+}
+
+/**
+ * @param {RoutePathSection} path
+ * @param {ViewModel} state
+ */
+function pathWords(path, state) {
   if (path.state === "none") return html`<p class="words">Choose entry and end.</p>`;
-  if (path.state === "computing") return html`<p class="words" id="route-state">Computing …</p>`;
+  if (path.state === "computing") return computing(state);
   if (path.state === "failed") return html`<p class="words caution" id="route-state">${said(path.words)}</p>`;
   const stands = path.limit === "base"; // nothing is inserted from there
   const facts = [
