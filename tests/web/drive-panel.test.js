@@ -155,7 +155,7 @@ test("the list of keys begins with those of the tab, and has all others after th
 test("what counts in a task is said before anything is asked for, and how far it is in the status bar", () => {
   const now = { of: 10, cleared: 3, held_s: 0, hold_s: 5, viewed: false, seen: null, completed: false, words: "", end_mm: 500, end_name: "", viewable_share: null };
   const told = (/** @type {any} */ shown) => String(taskGroup(connectionOf({}), /** @type {any} */ ({ offered: ["polyps"], labels: null, task: "polyps", places: "route", seed: 0, marks: 0, open: true, now: shown })));
-  assert.match(told(now), /3 of 10 viewed.*in the frame for 5 s, 15 ± 7 mm away/su);
+  assert.match(told(now), /3 of 10 viewed.*in the frame for 5 s, 15\s±\s7\smm away/su);
   assert.match(told(null), /in the frame for 7 s/);
   const of = (/** @type {any} */ task) => doneWords(task);
   assert.equal(of({ now, labels: null }), "3 of 10 polyps");
