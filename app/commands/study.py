@@ -20,6 +20,7 @@ from vfix_engine.study.experiment.arms import QUICK_SUBJECTS
 from vfix_engine.study.experiment.kwok_figures import SUBJECTS as KWOK_SUBJECTS
 from vfix_engine.study.experiment.options import LABORATORIES, SUBJECTS, TRIALS, Options
 from vfix_engine.study.experiment.papers_program import measured_times
+from vfix_engine.study.kept_trials import KeptTrials
 
 NOTICE = "Not for clinical use."
 STUDIES: Mapping[str, Callable[[Options], dict[str, Any]]] = {
@@ -63,6 +64,7 @@ def _add_common(one: argparse.ArgumentParser) -> None:
     one.add_argument("--seed", type=natural, default=0, help="of people, trials and laboratory (default 0)")
     one.add_argument("--workers", type=positive, default=os.cpu_count() or 1, help="processes (all cores)")
     one.add_argument("-o", "--output", metavar="FILE", type=Path, help="write the report there as well")
+    one.add_argument("--keep", metavar="FOLDER", type=Path, help="keep results there, and go on with those that are")
     one.add_argument("--json", action="store_true", help="one JSON object on stdout")
 
 
@@ -77,6 +79,7 @@ def _run_paper(args: argparse.Namespace) -> int:
     begin, cpu = time.monotonic(), os.times()
     if args.output is not None:
         check_folder(args.output)
+    beyond_paper = getattr(args, "beyond", False)
     options = Options(
         seed=args.seed,
         quick=args.quick,
@@ -87,8 +90,8 @@ def _run_paper(args: argparse.Namespace) -> int:
         head=getattr(args, "head", None),
         scheduler=getattr(args, "scheduler", None),
         progress=_told(args.json),
+        kept=None if args.keep is None else KeptTrials(args.keep, _asked(args)),
     )
-    beyond_paper = getattr(args, "beyond", False)
     found = beyond.run(options) if beyond_paper else STUDIES[args.study](options)
     if args.study == "li2007" and not beyond_paper:  # beside the cells, which are the same for every run with a seed
         found["times"] = measured_times(args.seed)
@@ -99,6 +102,12 @@ def _run_paper(args: argparse.Namespace) -> int:
     if args.output is not None:
         write_export(args.output, json.dumps(found, allow_nan=False, indent=1) + "\n")
     return 0
+
+
+def _asked(args: argparse.Namespace) -> dict[str, Any]:
+    """What the results of a study depend on."""
+    names = ("study", "seed", "quick", "subjects", "trials", "laboratories", "beyond", "head")
+    return {name: str(getattr(args, name, "")) for name in names}
 
 
 def _told(silent: bool) -> Callable[[float], object]:

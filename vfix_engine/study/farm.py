@@ -14,6 +14,7 @@ from concurrent.futures.process import BrokenProcessPool
 from typing import Any, TypeVar
 
 from ..errors import ControlError, InputError
+from .kept_trials import KeptTrials
 
 TRIES = 3  # pools that may break before it is given up
 
@@ -29,13 +30,14 @@ def run_all(
     workers: int = 1,
     keep: Callable[[K, V], object] = lambda key, value: None,
     scheduler: str | None = None,
+    kept: KeptTrials | None = None,
 ) -> dict[K, V]:
     """``{key: function(key)}`` in the order of the keys.
 
     function: pickled, and sent to each process once, so it may hold the data of all trials.
     workers: processes; 1: this one. scheduler: address of a Dask scheduler, 'tcp://…', whose workers run the trials
     instead. keep: called with each result as it comes, in any order; an exception from it, as of a user who cancels,
-    ends all.
+    ends all. kept: where results are read that are there already, and where the others are written.
 
     Raises:
         InputError: fewer than one worker; a scheduler that cannot be used.
@@ -47,17 +49,27 @@ def run_all(
 
     def add(key: K, value: V) -> None:
         done[key] = value
+        if kept is not None:
+            kept.add(function, key, value)
         keep(key, value)
 
+    left: list[K] = []
+    for key in keys:
+        value = None if kept is None else kept.get(function, key)
+        if value is None:
+            left.append(key)
+        else:
+            done[key] = value
+            keep(key, value)
     if scheduler is not None:
         from .cluster import run_on_cluster  # its libraries are an extra
 
-        run_on_cluster(function, keys, scheduler, add)
+        run_on_cluster(function, left, scheduler, add)
     elif workers == 1:
-        for key in keys:
+        for key in left:
             add(key, function(key))
-    elif keys:
-        _in_processes(function, keys, workers, add)
+    elif left:
+        _in_processes(function, left, workers, add)
     return {key: done[key] for key in keys}
 
 

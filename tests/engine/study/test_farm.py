@@ -1,5 +1,6 @@
 """Trials on all cores: the same results whoever runs them, and after a worker was killed."""
 
+import functools
 import os
 import signal
 from pathlib import Path
@@ -7,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from vfix_engine.errors import ControlError, InputError
+from vfix_engine.study import kept_trials
 from vfix_engine.study.farm import run_all
+from vfix_engine.study.kept_trials import KeptTrials
 
 
 def squared(key: int) -> int:
@@ -16,6 +19,11 @@ def squared(key: int) -> int:
 
 def refuses(key: int) -> int:
     raise InputError(f"no trial {key}")
+
+
+def logged(key: tuple[str, int], step: int) -> int:
+    Path(key[0]).touch()
+    return step * key[1]
 
 
 def killed_once(key: tuple[str, int]) -> int:
@@ -50,6 +58,52 @@ def test_what_a_killed_worker_had_not_finished_runs_again(tmp_path: Path) -> Non
 def test_a_trial_that_always_kills_its_worker_ends_with_its_name() -> None:
     with pytest.raises(ControlError, match="1 trials lost their worker 3 times, the first of them 7"):
         run_all(killed, [7], 2)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_study_that_was_interrupted_goes_on_with_what_was_kept(tmp_path: Path, workers: int) -> None:
+    """Also with a partial function, a result that was cut, and one of another function with the same key."""
+    study = {"study": "squares", "seed": 3}
+    interrupted = [(str(tmp_path / str(number)), number) for number in range(6)]
+    told: list[int] = []
+
+    def stop(key: tuple[str, int], value: int) -> None:
+        told.append(key[1])
+        if len(told) == 4:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_all(
+            functools.partial(logged, step=2), interrupted, workers, stop, kept=KeptTrials(tmp_path / "kept", study)
+        )
+    ran = {key for key in interrupted if Path(key[0]).exists()}
+    kept = sorted((tmp_path / "kept").glob("*.trial"))
+    assert 4 <= len(kept) <= len(ran)
+    kept[0].write_bytes(kept[0].read_bytes()[:3])
+    for key in interrupted:
+        Path(key[0]).unlink(missing_ok=True)
+
+    folder = KeptTrials(tmp_path / "kept", study)
+    told.clear()
+    found = run_all(
+        functools.partial(logged, step=2), interrupted, workers, lambda key, value: told.append(key[1]), kept=folder
+    )
+    assert found == {key: 2 * key[1] for key in interrupted}
+    assert sorted(told) == [0, 1, 2, 3, 4, 5], "progress counts what was kept"
+    assert sum(Path(key[0]).exists() for key in interrupted) == 7 - len(kept), "the others, and the one that was cut"
+    assert folder.get(squared, interrupted[0]) is None
+
+
+@pytest.mark.parametrize("other", ["study", "engine", "something else"])
+def test_a_folder_of_another_study_is_refused(tmp_path: Path, other: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    KeptTrials(tmp_path, {"seed": 1}).add(squared, 3, 9)
+    assert KeptTrials(tmp_path, {"seed": 1}).get(squared, 3) == 9
+    if other == "engine":
+        monkeypatch.setattr(kept_trials, "hash_of_sources", lambda package: b"another")
+    elif other == "something else":
+        (tmp_path / "study.json").unlink()
+    with pytest.raises(InputError, match="name another folder"):
+        KeptTrials(tmp_path, {"seed": 2 if other == "study" else 1})
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -77,7 +77,9 @@ def run(options: Options) -> dict[str, Any]:
     def tell(key: BeyondKey, value: Mapping[str, float]) -> None:
         options.progress(next(done) / len(wanted))
 
-    values = run_all(functools.partial(measured, head=str(options.head or "")), wanted, options.workers, tell)
+    values = run_all(
+        functools.partial(measured, head=str(options.head or "")), wanted, options.workers, tell, kept=options.kept
+    )
     by_kind: dict[tuple[str, str, Mode], dict[tuple[int, int], Mapping[str, float]]] = {}
     for key, one in values.items():
         kind = key.anatomy, key.control, key.trial.mode

@@ -48,7 +48,7 @@ def run(options: Options) -> dict[str, Any]:
     def tell(key: ArmKey | SweptKey, value: LabelTrial) -> None:
         options.progress(next(done) / len(wanted))
 
-    found = run_all(record, wanted, options.workers, tell, options.scheduler)
+    found = run_all(record, wanted, options.workers, tell, options.scheduler, options.kept)
     return evaluated({key: found[key] for key in main}, options, {key: found[key] for key in swept})
 
 

@@ -69,7 +69,8 @@ def order_shares(recorded: Mapping[TrialKey, Recorded], sizes: ErrorSizes, optio
         if options.quick or number == 0:
             found = tables(recorded, options, functools.partial(figures_of, sizes=sizes, laboratory=seed))
         else:
-            values = run_all(figures_in_own, keys(seed, options.subjects, options.trials), options.workers)
+            own = keys(seed, options.subjects, options.trials)
+            values = run_all(figures_in_own, own, options.workers, kept=options.kept)
             found = of_figures(values, options)
             options.progress((number + 1) / options.laboratories)
         outcome = _of_errors(found) | ({} if options.quick else _of_times(found))  # quick: one set of times for all

@@ -42,7 +42,7 @@ def run(options: Options) -> dict[str, Any]:
     def tell(key: TrialKey, value: Recorded) -> None:
         options.progress(next(done) / len(wanted))
 
-    recorded = run_all(record, wanted, options.workers, tell)
+    recorded = run_all(record, wanted, options.workers, tell, kept=options.kept)
     cells: list[Cell] = []
     shown: dict[str, Any] = {}
     for mode, row in (("freehand", "freehand"), ("hands-on", "robot")):

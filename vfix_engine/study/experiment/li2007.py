@@ -81,7 +81,7 @@ def recorded_trials(options: Options) -> dict[TrialKey, Recorded]:
     def tell(key: TrialKey, value: Recorded) -> None:
         options.progress(share * next(done) / len(wanted))
 
-    return run_all(record, wanted, options.workers, tell)
+    return run_all(record, wanted, options.workers, tell, kept=options.kept)
 
 
 def _cell(name: str, ours: float, sd: float | None, kind: Kind, n: int | None, note: str = "") -> Cell:

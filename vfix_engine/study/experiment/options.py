@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..kept_trials import KeptTrials
+
 SUBJECTS, TRIALS, LOOKS = 10, 5, 10  # as printed (Li 2007, sections V.D and V.F)
 LABORATORIES = 30
 
@@ -17,6 +19,7 @@ class Options:
     looks: trials of target inspection. quick: one set of trials for all laboratories, and no sweeps.
     workers: processes; scheduler: address of a Dask scheduler instead, 'tcp://…'; of the studies of Kwok 2013 alone.
     head: folder of the real head, of the study beyond the papers.
+    kept: where results of trials are kept, so that a study that was interrupted goes on.
     progress: called with the completed fraction, 0 … 1; an exception from it ends the study.
     """
 
@@ -29,4 +32,5 @@ class Options:
     workers: int = 1
     scheduler: str | None = None
     head: Path | None = None
+    kept: KeptTrials | None = None
     progress: Callable[[float], object] = bool

@@ -85,7 +85,7 @@ def swept(recorded: Mapping[TrialKey, Recorded], sizes: ErrorSizes, options: Opt
     """By assumption: ``what`` it is, ``trials`` of each subject, and ``rows``, one of each value."""
     jobs = [SweepJob(name, place) for name, one in SWEEPS.items() for place in range(len(one.values))]
     rows = run_all(functools.partial(row, recorded=dict(recorded), sizes=sizes, options=_plain(options)), jobs,
-                   options.workers)  # fmt: skip
+                   options.workers, kept=options.kept)  # fmt: skip
     return {
         name: {
             "what": one.what,
@@ -153,5 +153,5 @@ def _again(key: TrialKey, name: str, value: float, sizes: ErrorSizes) -> Recorde
 
 
 def _plain(options: Options) -> Options:
-    """Without what tells of progress, which is not for other processes."""
-    return replace(options, progress=bool)
+    """Without what tells of progress and keeps results, which is not for other processes."""
+    return replace(options, progress=bool, kept=None)
