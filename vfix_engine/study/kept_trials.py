@@ -62,5 +62,5 @@ class KeptTrials:
     def _file(self, function: Callable[[Any], Any], key: Any) -> Path:
         while isinstance(function, functools.partial):  # its arguments follow from the study
             function = function.func
-        name = f"{function.__module__}.{function.__qualname__} {key!r}"  # type: ignore[attr-defined]
+        name = f"{function.__module__}.{function.__qualname__} {key!r}"
         return self._folder / f"{hashlib.sha256(name.encode()).hexdigest()[:32]}.trial"
