@@ -80,7 +80,7 @@ function drawnFrom(now) {
 
 /** Why the polyp in the picture is not viewed: 15 ± 7 mm, ± 20°. @param {TaskNowView["seen"]} seen */
 function aside(seen) {
-  if (seen === null) return "Not in view";
+  if (seen === null) return "No polyp in view";
   const { distance_mm: away, angle_deg: off } = seen;
   if (away > FAR_MM) return `Too far, ${fixed(away, 0)}\u00a0mm`;
   return away < NEAR_MM ? `Too near, ${fixed(away, 0)}\u00a0mm` : `${fixed(off, 0)}° off centre`;
