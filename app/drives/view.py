@@ -12,7 +12,6 @@ from app.drives.sections import DetailsSection, DriveMotion, DriveSection
 from vfix_engine.runtime.snapshot import Snapshot, Timing
 
 HAND_LOST = "Connection too slow: drive stopped. Press again."
-HAND_WAITED = "Page too slow: the robot waited."  # what is held goes on with the next message
 SHOWN_COMMENTS = 20
 FREE = "Nothing, the robot is free to move"
 

@@ -40,7 +40,6 @@ class DriveTab(Tab, Generic[P, T]):
     """
 
     ticks = True
-    hand_lost = HAND_LOST  # words for a hand whose input came too late
 
     @classmethod
     def make_shared(cls, services: Services) -> SharedDrives[P, T]:
@@ -313,5 +312,5 @@ class DriveTab(Tab, Generic[P, T]):
         if "tip" in section:
             section["taken_ms"] = self._taken_ms if section["state"] == "running" else None
         if self.now.hand_lost and "holding" in section:
-            section["holding"] = self.hand_lost
+            section["holding"] = HAND_LOST
         section["can_take"] = self.now.holder is None and self.client.may_hold

@@ -81,8 +81,11 @@ class HandInput:
         return any(hold.active(now) for hold in self._holds)
 
     def lost(self, now: float) -> bool:
-        """Whether an input that was not released has timed out."""
-        return any(hold.lost(now) for hold in self._holds)
+        """Whether an input has timed out that was not released and has to be pressed anew.
+
+        A drag and a wheel in the picture are told again while they are held.
+        """
+        return any(hold.lost(now) for hold in self._holds[:5])
 
     def beaten(self, now: float) -> HandInput:
         """After a heartbeat; a deflection that was not told again for long is not sustained by it."""

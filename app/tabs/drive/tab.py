@@ -12,7 +12,7 @@ from app.drives import commands as drives
 from app.drives.drive_process import Tell
 from app.drives.shared_drive import SharedDrive
 from app.drives.shared_drives import DriveKey, SharedDrives
-from app.drives.view import FREE, HAND_WAITED, details_section
+from app.drives.view import FREE, details_section
 from app.kit.errors import NotFound
 from app.kit.kept import Same
 from app.lumen.document import StoredRoute
@@ -52,7 +52,6 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
 
     spec = SPEC
     first_view = "anterior"
-    hand_lost = HAND_WAITED
 
     def __init__(self, workspace: Workspace, shared: SharedDrives[PreparedSnake, SnakeSnapshot]) -> None:
         super().__init__(workspace, shared)

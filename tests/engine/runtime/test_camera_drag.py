@@ -106,7 +106,7 @@ def test_a_hand_that_is_lost_stands_and_goes_on_with_the_same_drag_when_it_is_he
     camera.run(0.06)
     camera.run(GONE_S + 0.01, beat=False)
     lost = camera.place
-    assert camera.hand.input.lost(camera.now)
+    assert not camera.hand.input.lost(camera.now), "nothing has to be pressed anew"
     np.testing.assert_array_equal(camera.run(1.0), lost)
     camera.drag(WAY)
     np.testing.assert_allclose(camera.run(2.0), WAY, atol=2e-3)
