@@ -77,7 +77,7 @@ class WarmUp:
                 self._take(step)
             self._ready = True
         except self._ends:
-            pass
+            pass  # the planner shuts down: no failure, and nothing is ready
         except Exception as error:
             _LOG.error("getting ready failed: %s", error_places(error))
             self._failed = f"Getting ready failed: {error}"

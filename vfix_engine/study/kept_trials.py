@@ -16,25 +16,35 @@ from typing import Any
 
 from ..errors import InputError
 from ..kernels.kernel_cache import hash_of_sources
+from ..resources import assets_dir
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 _STUDY = "study.json"
+# What a pickle that was cut or changed raises.
+_UNREADABLE = (
+    OSError, EOFError, pickle.UnpicklingError, ValueError, TypeError, LookupError, AttributeError, ImportError,
+    MemoryError,
+)  # fmt: skip
 
 
 class KeptTrials:
     """A folder of one study's results, made where it is missing.
 
     Args:
-        study: all that its results depend on beside the engine's sources, as JSON has it.
+        study: all that its results depend on beside the engine's sources and the assets, as JSON has it.
 
     Raises:
-        InputError: a folder of another study, of another version of the engine, or of something else.
+        InputError: a folder of another study, of another version of engine or assets, or of something else.
         OSError: a folder that cannot be written.
     """
 
     def __init__(self, folder: Path, study: Mapping[str, Any]) -> None:
         self._folder = folder
-        head = json.dumps({**study, "engine": hash_of_sources(_PACKAGE).hex()}, sort_keys=True)
+        engine = hash_of_sources(_PACKAGE).hex()
+        assets = assets_dir()
+        files = sorted(file for file in assets.rglob("*") if file.is_file())
+        data = {file.relative_to(assets).as_posix(): _hash(file) for file in files}
+        head = json.dumps({**study, "engine": engine, "data": data}, sort_keys=True)
         folder.mkdir(parents=True, exist_ok=True)
         mark = folder / _STUDY
         if not mark.exists() and not any(folder.iterdir()):
@@ -49,7 +59,7 @@ class KeptTrials:
         """The kept result of ``function(key)``; None where there is none, or none that can be read."""
         try:
             return pickle.loads(self._file(function, key).read_bytes())
-        except (OSError, EOFError, pickle.UnpicklingError):
+        except _UNREADABLE:
             return None
 
     def add(self, function: Callable[[Any], Any], key: Any, value: Any) -> None:
@@ -64,3 +74,7 @@ class KeptTrials:
             function = function.func
         name = f"{function.__module__}.{function.__qualname__} {key!r}"
         return self._folder / f"{hashlib.sha256(name.encode()).hexdigest()[:32]}.trial"
+
+
+def _hash(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()[:16]

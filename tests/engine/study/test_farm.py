@@ -79,7 +79,7 @@ def test_a_study_that_was_interrupted_goes_on_with_what_was_kept(tmp_path: Path,
     ran = {key for key in interrupted if Path(key[0]).exists()}
     kept = sorted((tmp_path / "kept").glob("*.trial"))
     assert 4 <= len(kept) <= len(ran)
-    kept[0].write_bytes(kept[0].read_bytes()[:3])
+    kept[0].write_bytes(b"\x80\x04K" if workers == 1 else b"cno_such_module\nname\n.")
     for key in interrupted:
         Path(key[0]).unlink(missing_ok=True)
 
@@ -94,12 +94,15 @@ def test_a_study_that_was_interrupted_goes_on_with_what_was_kept(tmp_path: Path,
     assert folder.get(squared, interrupted[0]) is None
 
 
-@pytest.mark.parametrize("other", ["study", "engine", "something else"])
+@pytest.mark.parametrize("other", ["study", "engine", "assets", "something else"])
 def test_a_folder_of_another_study_is_refused(tmp_path: Path, other: str, monkeypatch: pytest.MonkeyPatch) -> None:
     KeptTrials(tmp_path, {"seed": 1}).add(squared, 3, 9)
     assert KeptTrials(tmp_path, {"seed": 1}).get(squared, 3) == 9
     if other == "engine":
         monkeypatch.setattr(kept_trials, "hash_of_sources", lambda package: b"another")
+    elif other == "assets":
+        (tmp_path / "assets").mkdir()
+        monkeypatch.setattr(kept_trials, "assets_dir", lambda: tmp_path / "assets")
     elif other == "something else":
         (tmp_path / "study.json").unlink()
     with pytest.raises(InputError, match="name another folder"):
