@@ -43,8 +43,8 @@ def test_a_label_is_traced_by_the_mouse(open_page: Open, rest: Rest) -> None:
     station.picture("labels-aimed")
     page.keyboard.down("x")
     for along in (-7.0, -4.0, -1.0):
-        _aim(station, label, along)
-    station.wait_for("the cut", lambda: _labels(station)["labels"][0]["end_mm"] > -4.0)
+        _aim(station, label, along, held="x")
+    station.drive_until("x", "the cut", lambda: _labels(station)["labels"][0]["end_mm"] > -4.0)
     station.picture("labels-cutting")
     page.keyboard.up("x")
     page.wait_for_timeout(1000)  # the last of what was cut is told
@@ -54,7 +54,7 @@ def test_a_label_is_traced_by_the_mouse(open_page: Open, rest: Rest) -> None:
     _aim(station, label, left)
     page.keyboard.down("x")
     for along in (2.0, 4.0, 6.0, 8.0, 11.0):
-        _aim(station, label, along, done=True)
+        _aim(station, label, along, done=True, held="x")
     page.keyboard.up("x")
     expect(page.locator("#end-card")).to_contain_text("Labels traced", timeout=1000.0 * DRIVEN_S)
     station.picture("labels-card")
@@ -72,14 +72,19 @@ def _labels(station: Workstation) -> Any:
     return (station.state("drive_task") or {}).get("labels")
 
 
-def _aim(station: Workstation, label: Any, along_mm: float, done: bool = False) -> None:
-    """Drag a place of the arrow into the middle of the picture, in small drags, until it is there."""
+def _aim(station: Workstation, label: Any, along_mm: float, done: bool = False, held: str | None = None) -> None:
+    """Drag a place of the arrow into the middle of the picture, in small drags, until it is there.
+
+    held: a key that is held meanwhile, and repeats.
+    """
     page = station.page
     centre, along = np.array(label["centre"]), np.array(label["along"])
     place = centre + along_mm * along
     for _ in range(DRAGS):
         if done and (_labels(station) or {"completed": True})["completed"]:
             return
+        if held:
+            page.keyboard.down(held)
         x, y, far = _seen(page, place)
         if np.hypot(x, y) * far < 0.6:
             return

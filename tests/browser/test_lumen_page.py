@@ -69,7 +69,7 @@ def test_a_colon_is_opened_planned_and_driven_by_wheel_and_drag(open_page: Open,
     depth = station.state("snake")["depth_mm"]
     page.keyboard.down("s")
     _drag(page, 20, 0)  # stops no key that is held
-    station.wait_for("the way back by a key", lambda: station.state("snake")["depth_mm"] < depth - 3.0)
+    station.drive_until("s", "the way back by a key", lambda: station.state("snake")["depth_mm"] < depth - 3.0)
     page.keyboard.up("s")
     _wheeled(station, -4)
 

@@ -113,8 +113,7 @@ def test_a_trial_in_a_lumen(open_page: Callable[..., Workstation]) -> None:
     page.click("#start")
     station.wait_for("the drive", lambda: station.rehearsal()["state"] == "running", DRIVEN_S)
     tip = station.rehearsal()["tip"]
-    page.keyboard.down("d")
-    station.wait_for("a turn", lambda: station.rehearsal()["tip"] != tip, DRIVEN_S)
+    station.drive_until("d", "a turn", lambda: station.rehearsal()["tip"] != tip, DRIVEN_S)
     page.keyboard.up("d")
     station.picture("study-lumen-driven")
     page.click("#finish-run")

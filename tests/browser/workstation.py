@@ -288,19 +288,10 @@ class Workstation:
             self.page.mouse.move(*self._pointer)
 
     def drive_until(self, key: str, what: str, check: Callable[[], Any], patience_s: float = PATIENCE_S) -> None:
-        """Press a key until `check` answers something true; one that a busy machine has lost is pressed anew (HAZ-11).
-
-        The key stays down.
-        """
-        self.page.keyboard.down(key)
-        pressed_at = time.monotonic()
+        """Hold a key until `check` answers something true; it repeats as that of a real keyboard, and stays down."""
 
         def driven() -> Any:
-            nonlocal pressed_at
-            if self.rehearsal()["force_n"] == 0 and time.monotonic() - pressed_at > 0.5:
-                self.page.keyboard.up(key)
-                self.page.keyboard.down(key)
-                pressed_at = time.monotonic()
+            self.page.keyboard.down(key)  # again: a repeat, by which a hand that was lost takes hold again (HAZ-11)
             return check()
 
         self.wait_for(what, driven, patience_s)

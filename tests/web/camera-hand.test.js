@@ -148,6 +148,15 @@ test("a depth that a held robot does not come nearer to is given up after 1.5 s,
   assert.deepEqual(depths().at(-1), { depth_mm: 103, held: false });
 });
 
+test("a page that hung gives up no depth: it heard of no way that the robot came", () => {
+  const { hand, sent, wheel, tick } = aHand();
+  wheel(100);
+  tick();
+  for (let i = 0; i < 3; i++) tick(2000);
+  assert.equal(sent.some(([, { held }]) => !held), false);
+  hand.stop();
+});
+
 test("an arc is nothing below 0.2 N, amber from there on, and red from 2 N", () => {
   assert.equal(arcOf(0.19), null);
   assert.equal(arcOf(NaN), null);

@@ -1,6 +1,6 @@
 // Labels of study II in the picture, the marker on them, and the button of the tool.
 import assert from "node:assert/strict";
-import { test } from "node:test";
+import { mock, test } from "node:test";
 import { COLOURS, HALF_MM, RADIUS_MM, labelTriangles } from "../../app/web/js/endoscope/task-labels.js";
 import { keyEvent, noted } from "./page.js";
 import { layOutElements } from "./panels.js";
@@ -48,4 +48,32 @@ test("X holds the button of the tool while there is one, and everything lets go 
   button.follow(false);
   assert.deepEqual(connection.sent, [["drive.cut", { on: true }], ["drive.cut", { on: false }], ["drive.cut", { on: true }], ["drive.cut", { on: false }]]);
   assert.deepEqual(keys.holds.map(([, on]) => on), [true, false, true, false]);
+});
+
+test("a repeat of X or a motion with the button down tells it again, not too often, and not what is heard late", () => {
+  const connection = noted(), keys = { shortcuts: [], hold() {} };
+  const button = new ToolButton(connection, keys);
+  let now = 1000;
+  mock.method(performance, "now", () => now);
+  button.follow(true);
+  const press = (fields = {}) => keys.shortcuts[0](keyEvent("KeyX", fields));
+  press();
+  for (let i = 0; i < 10; i++) {
+    now += 33; // as keyboards repeat
+    press({ repeat: true });
+  }
+  assert.equal(connection.sent.length, 4);
+  now += 400;
+  press({ repeat: true, timeStamp: now - 200 });
+  assert.equal(connection.sent.length, 4);
+  globalThis.Element ??= class {};
+  const picture = Object.assign(new globalThis.Element(), { classList: { contains: () => true } });
+  const move = (buttons) => globalThis.window.dispatchEvent(Object.defineProperties(new Event("pointermove"), { buttons: { value: buttons }, target: { value: picture }, view: { value: null }, timeStamp: { value: now } }));
+  globalThis.window.dispatchEvent(Object.assign(new Event("keyup"), { code: "KeyX" }));
+  move(2);
+  now += 100;
+  move(3);
+  move(1);
+  assert.deepEqual(connection.sent.slice(4).map(([, { on }]) => on), [false, true, true, false]);
+  mock.restoreAll();
 });
