@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 
 from ..arrays import Array
-from .camera_drag import CameraDrag, DrivenCamera, Way, WheelDepth
+from .camera_hand import CameraDrag, DrivenCamera, Way, WheelDepth
 from .command import NO_AXES, Command, Master
 from .control_mode import FREEHAND, TELEOPERATED, Control
 from .system import Grip

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
-from .camera_drag import DrivenCamera
+from .camera_hand import DrivenCamera
 from .command import Command
 from .requests import Request
 from .settings import WorldSettings

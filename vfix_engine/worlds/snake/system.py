@@ -11,7 +11,7 @@ import numpy as np
 from ...arrays import Array
 from ...errors import ControlError, InputError
 from ...robots.snake_kernel import snake_frames
-from ...runtime.camera_drag import DrivenCamera
+from ...runtime.camera_hand import DrivenCamera
 from ...runtime.command import BUTTON_STRAIGHTEN, Command, no_command
 from ...runtime.requests import Bend, Request, SetSettings, Straighten
 from ...runtime.settings import checked_settings

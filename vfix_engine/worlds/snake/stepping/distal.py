@@ -7,7 +7,7 @@ import numpy as np
 from ....arrays import Array
 from ....pathway.limits.backtracking import largest_fraction
 from ....pathway.limits.limits import Configuration, LinksAt
-from ....runtime.camera_drag import own_part
+from ....runtime.camera_hand import own_part
 from ....snake.bending.visual_motor_kernel import camera_moved
 from ....snake.control.parameterised import ParameterisedControl
 from ....snake.control.tip_control import DistalContext, outwards, stops

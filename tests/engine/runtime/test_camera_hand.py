@@ -13,7 +13,7 @@ import pytest
 
 from vfix_engine.arrays import Array
 from vfix_engine.runtime import Command
-from vfix_engine.runtime.camera_drag import DrivenCamera
+from vfix_engine.runtime.camera_hand import DrivenCamera
 from vfix_engine.runtime.hand import INPUT_BYTES, Hand, HandInput
 from vfix_engine.runtime.virtual_coupling import GONE_S, NOBODY
 
