@@ -62,6 +62,7 @@ class ControlLoop:
         self._running = False
         self._timed = False  # steps count also at rest
         self._driving = False
+        self._led = False  # the last step was made with the operator's command
         self._open, self._told = True, set[str]()
         self._published_at = self._obeyed_at = -np.inf
         self._publish(force=True)
@@ -76,7 +77,7 @@ class ControlLoop:
             self._read_hand(now)
             driven = self._running and self._hand.input.active(now)
             timed = self._running and self._timed
-            if driven or timed or not self._system.at_rest(self._driver.state, self._running):
+            if driven or timed or self._led or not self._system.at_rest(self._driver.state, self._running):
                 self._drive()
                 self._clock.wait()
                 self._tick(time.monotonic(), driven)
@@ -106,7 +107,11 @@ class ControlLoop:
             gc.collect()
 
     def _tick(self, now: float, driven: bool) -> None:
-        """Make one step with the operator's command, or without one while the system decelerates or its world moves."""
+        """Make one step with the operator's command, or without one while the system decelerates or its world moves.
+
+        The step after the last command has none: whoever reads the steps knows that nothing is held any more.
+        """
+        self._led = driven
         command, system, state = no_command(), self._system, self._driver.state
         if driven:
             command = self._hand.command(system.grip(state), now, system.camera(state))
@@ -157,8 +162,7 @@ class ControlLoop:
 
     def _apply(self, request: Request) -> None:
         if isinstance(request, Reset):
-            self._running = False
-            self._timed = False
+            self._running = self._timed = self._led = False
         try:
             self._driver.apply(request)
             if isinstance(request, Note):

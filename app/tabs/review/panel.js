@@ -252,7 +252,7 @@ export default class ReviewPanel {
    */
   result(run, score) {
     const how = drivenAs(run), view = viewOf(run), trouble = this.troubles.get(askedOf(scoreOf, run.id)), unplayed = this.troubles.get(askedOf(seriesOfRun, run.id));
-    const { replayed_task: told } = this.connection.state, untold = told?.run === run.id ? told.words : "";
+    const { replayed_task: told } = this.connection.state, { waits, words: untold } = told?.run === run.id ? told : { waits: false, words: "" };
     if (!score) {
       return titled(`Run of ${runName(run)}`, null, html`${modeLine(how, isUncertified(run))}
         <p class=${trouble ? "words caution" : "words"} role="status">${trouble ? `No score: ${trouble}` : "Scoring the run …"}</p>
@@ -264,6 +264,7 @@ export default class ReviewPanel {
     return html`${titled(`Run of ${runName(run)}`, null, html`
       ${modeLine(how, !score.certified, view.certificate(score))}
       ${unplayed ? html`<p class="words caution" role="status">No replay: ${unplayed}</p>` : nothing}
+      ${waits ? html`<p class="words" role="status">Reading polyps and labels …</p>` : nothing}
       ${untold ? html`<p class="words caution" role="status">No polyps or labels: ${untold}</p>` : nothing}
       ${resultLine(view, this.connection.state, run, score)}
       ${scoreFacts(view.facts(score))}

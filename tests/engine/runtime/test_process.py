@@ -15,6 +15,7 @@ import pytest
 from tests.engine.tiny import Jump, TinySettings, TinySnapshot, TinySpec, TinySystem
 from vfix_engine.errors import ControlError
 from vfix_engine.runtime import Note, SetSettings, Straighten
+from vfix_engine.runtime.command import COMMAND_SIZE, command_from_row
 from vfix_engine.runtime.events import Event
 from vfix_engine.runtime.process import ControlProcess
 from vfix_engine.runtime.replay import replay
@@ -129,6 +130,18 @@ def test_axes_fade_when_nobody_is_heard_of(process: Process) -> None:
     time.sleep(0.1)
     three = signs(process, 2)
     assert three.steps == two.steps, "no number pushes nothing"
+
+
+def test_the_last_step_says_that_a_button_is_held_no_more(process: Process, tmp_path: Path) -> None:
+    """Whoever reads the steps knows it then, also where nothing moves any more."""
+    until(process, lambda s: s.steps > 20, lambda: process.axes(0.0, 0.0, 0.0, buttons=1))
+    process.axes(0.0, 0.0, 0.0)
+    at_rest(process)
+    process.close()
+    held = [command_from_row(row[:COMMAND_SIZE]).buttons for row in Run.read(tmp_path / "drive.run").ticks]
+    assert held[0] == 1
+    assert held[-1] == 0
+    assert held.count(0) == np.count_nonzero(np.diff(held) < 0), "one step without it after each hold"
 
 
 def test_a_worker_that_dies_stops_no_tick(process: Process) -> None:

@@ -13,7 +13,8 @@ from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.pathway.tissue_motion import breathing, peristalsis
-from vfix_engine.study.polyps.aiming import aim_at
+from vfix_engine.study.polyps.aiming import aim_at, may_be_within
+from vfix_engine.study.polyps.many_steps import after_steps
 from vfix_engine.study.polyps.placing import WallPlaces, placed
 from vfix_engine.study.polyps.printed import PROUD_MM
 from vfix_engine.study.polyps.progress import PolypProgress
@@ -119,6 +120,53 @@ def test_progress_depends_on_time_and_not_on_the_steps() -> None:
     assert coarse.viewings[0].distance_mm_s == pytest.approx(fine.viewings[0].distance_mm_s)
     with pytest.raises(InputError, match="begin with PolypProgress"):
         coarse.step(given, there, 80.0, 1.0, given.targets(), free)
+
+
+@pytest.mark.parametrize("moves", [False, True])
+def test_many_steps_at_once_are_those_made_one_by_one(moves: bool) -> None:
+    """A camera that wanders past three polyps, of which it clears some; parted at random, as a drive is read."""
+    random = np.random.default_rng(2)
+    given = replace(task(polyp(20.0), polyp(50.0, 30.0), polyp(80.0, 60.0), end_mm=90.0), hold_s=0.4)
+    motion = breathing((0.0, 0.0, 1.0), 2.0) if moves else None
+    t = np.cumsum(random.uniform(0.0, 0.02, 9000))
+    tip = np.minimum(np.linspace(0.0, 100.0, len(t)) + 3.0 * np.sin(t), 95.0)
+    turn = 25.0 * np.sin(1.3 * t)
+    cameras = np.stack([looking((0.5, 0.2, s - 25.0), angle) for s, angle in zip(tip, turn, strict=True)])
+    sight = lambda eye, index, now: math.sin(3.0 * now + index) > -0.5  # noqa: E731
+    one, target, viewed, marker = PolypProgress.at_start(given), [], [], []
+    for camera, s, now in zip(cameras, tip.tolist(), t.tolist(), strict=True):
+        if one.completed:
+            break
+        one = one.step(given, camera, s, now, given.targets(motion, now), sight)
+        target.append(-1 if one.target is None else one.target)
+        viewed.append(one.viewed)
+        marker.append(one.marker)
+    assert one.cleared >= 1
+    assert one.completed
+    assert 0.02 < np.mean(viewed) < 0.9
+    all_at_once = after_steps(PolypProgress.at_start(given), given, motion, cameras, tip, t, sight)
+    assert all_at_once.progress == one
+    for made, wanted in zip(all_at_once[:3], (target, viewed, marker), strict=True):
+        np.testing.assert_array_equal(made, wanted)
+    parted = PolypProgress.at_start(given)
+    cuts = np.sort(random.choice(len(target), 300, replace=False))
+    for part in np.split(np.arange(len(target)), cuts):
+        parted = after_steps(parted, given, motion, cameras[part], tip[part], t[part], sight).progress
+    assert parted == one
+    with pytest.raises(InputError):
+        after_steps(parted, given, motion, cameras[:1], tip[:1], t[:1], sight)
+
+
+def test_what_may_be_within_is_all_that_is_and_little_else() -> None:
+    random = np.random.default_rng(3)
+    turns, _ = np.linalg.qr(random.normal(size=(2000, 3, 3)))
+    cameras = np.tile(np.eye(4), (2000, 1, 1))
+    cameras[:, :3, :3], cameras[:, :3, 3] = turns, random.normal(size=(2000, 3))
+    local = random.uniform(-12.0, 12.0, (2000, 5, 3)) + np.array([0.0, 0.0, 12.0])
+    targets = np.einsum("nij,npj->npi", turns, local) + cameras[:, None, :3, 3]
+    exact = np.array([[aim_at(c, p).within for p in row] for c, row in zip(cameras, targets, strict=True)])
+    assert 500 < exact.sum() < 9000
+    np.testing.assert_array_equal(may_be_within(cameras, targets), exact)
 
 
 def test_a_wall_between_camera_and_polyp_hides_it() -> None:

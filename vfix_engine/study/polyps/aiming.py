@@ -7,11 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array, IntArray
+from ...arrays import Array, BoolArray
 from ...worlds.snake.viewing import ViewLimits
 
 LIMITS = ViewLimits()  # the paper's, and the size of the frame
 REFERENCE_MM, WITHIN_MM, WITHIN_DEG = LIMITS.distance_mm, LIMITS.distance_tolerance_mm, LIMITS.angle_deg
+_ROUNDED_MM = 1e-6  # more than a distance is rounded by
+_CONE = math.tan(math.radians(WITHIN_DEG))
 _FRAME = math.tan(math.radians(LIMITS.frame_deg)) * (1.0 + 1e-9)  # half the frame at unit distance ahead
 
 
@@ -63,9 +65,17 @@ def aim_at(camera: Array, target: Array) -> Aim:
     return Aim((x, y, z), math.hypot(aside, z), math.degrees(math.atan2(aside, z)), framed)
 
 
-def near_enough(camera: Array, targets: Array) -> IntArray:
-    """Indices of the targets (n, 3) that are neither too far nor behind the camera: the others are not within."""
-    local = (targets - camera[:3, 3]) @ camera[:3, :3]
-    far = REFERENCE_MM + WITHIN_MM
-    found: IntArray = np.flatnonzero((local[:, 2] > 0.0) & (np.einsum("ij,ij->i", local, local) <= far * far))
-    return found
+def may_be_within(cameras: Array, targets: Array) -> BoolArray:
+    """Whether ``aim_at(...).within`` is possible, (n, p): it is never where this is False, but for rounding it is else.
+
+    Args:
+        cameras: (n, 4, 4), as of ``aim_at``; targets: (n, p, 3) LPS mm, or (1, p, 3) where they do not move.
+    """
+    local = np.einsum("npi,nij->npj", targets - cameras[:, None, :3, 3], cameras[:, :3, :3])
+    aside, ahead = np.abs(local[..., :2]).max(axis=-1), local[..., 2]
+    square = np.einsum("npi,npi->np", local, local)
+    near, far = REFERENCE_MM - WITHIN_MM - _ROUNDED_MM, REFERENCE_MM + WITHIN_MM + _ROUNDED_MM
+    may: BoolArray = (square >= near * near) & (square <= far * far)
+    may &= aside <= _FRAME * ahead + _ROUNDED_MM
+    may &= np.hypot(local[..., 0], local[..., 1]) <= _CONE * ahead + _ROUNDED_MM
+    return may

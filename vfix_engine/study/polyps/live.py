@@ -12,6 +12,7 @@ from ...pathway.pathway import TissueMotion
 from ...robots.snake import SnakeModel
 from ...runtime.command import COMMAND_SIZE
 from ...runtime.system import Column
+from .many_steps import after_steps
 from .progress import PolypProgress, Sight
 from .series import cameras
 from .task import PolypTask
@@ -48,7 +49,6 @@ class LiveProgress:
     ) -> None:
         self._task, self._snake, self._motion, self._sight = task, snake, motion, sight
         self._at = {column.name: place for place, column in enumerate(columns[COMMAND_SIZE:])}
-        self._still = task.targets()
         self.moment = PolypMoment(task, motion, PolypProgress.at_start(task))
 
     @property
@@ -67,11 +67,10 @@ class LiveProgress:
         at, progress = self._at, self.progress
         if progress.completed or not len(rows):
             return progress
-        tip, times = rows[:, at["tip_s"]].tolist(), rows[:, at["t"]].tolist()
-        for camera, s, t in zip(cameras(self._snake, rows, at), tip, times, strict=True):
-            targets = self._still if self._motion is None else self._task.targets(self._motion, t)
-            progress = progress.step(self._task, camera, s, t, targets, self._sight)
-        self.moment = PolypMoment(self._task, self._motion, progress, self._in_picture(progress, camera))
+        seen_from, tip, t = cameras(self._snake, rows, at), rows[:, at["tip_s"]], rows[:, at["t"]]
+        target, *_, progress = after_steps(progress, self._task, self._motion, seen_from, tip, t, self._sight)
+        in_picture = self._in_picture(progress, seen_from[len(target) - 1])
+        self.moment = PolypMoment(self._task, self._motion, progress, in_picture)
         return progress
 
     def _in_picture(self, progress: PolypProgress, camera: Array) -> bool:

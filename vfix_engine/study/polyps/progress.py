@@ -10,9 +10,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple, Self
 
-from ...arrays import Array
+import numpy as np
+
+from ...arrays import Array, IntArray
 from ...errors import InputError
-from .aiming import REFERENCE_MM, Aim, aim_at, near_enough
+from .aiming import REFERENCE_MM, Aim, aim_at, may_be_within
 from .task import PolypTask
 
 Sight = Callable[[Array, int, float], bool]
@@ -78,7 +80,14 @@ class PolypProgress:
         return self.reached_t is not None
 
     def step(
-        self, task: PolypTask, camera: Array, tip_mm: float, t: float, targets: Array, sight: Sight
+        self,
+        task: PolypTask,
+        camera: Array,
+        tip_mm: float,
+        t: float,
+        targets: Array,
+        sight: Sight,
+        near: IntArray | None = None,
     ) -> PolypProgress:
         """The progress after a step.
 
@@ -91,6 +100,7 @@ class PolypProgress:
             camera: (4, 4) transform_camera_to_patient after the step; its y axis is down in the picture.
             tip_mm: arc length of the tip; t: s after the step. targets: (n, 3) LPS mm, ``PolypTask.targets`` at t.
             sight: asked only about polyps that are within the tolerances.
+            near: indices of the targets that ``may_be_within``; None: found here.
 
         Raises:
             InputError: a time before that of the last step.
@@ -99,19 +109,32 @@ class PolypProgress:
             return self
         if t < self.t:
             raise InputError(f"a step at {t:g} s after one at {self.t:g} s: begin with PolypProgress.at_start")
-        target, aim = self._seen(camera, t, targets, sight)
+        if near is None:
+            near = np.flatnonzero(may_be_within(camera[None], targets[None])[0])
+        target, aim = self._seen(camera, t, targets, sight, near)
         viewed = target is not None
         if target is None:
-            target = self._nearest(task, tip_mm)
-            aim = None if target is None else aim_at(camera, targets[target])
+            nearest = int(self.nearest(task, np.array([tip_mm]))[0])
+            target, aim = (None, None) if nearest < 0 else (nearest, aim_at(camera, targets[nearest]))
         viewings = self._after(target if viewed else None, aim, t, task.hold_s)
         reached = t if tip_mm >= task.done_mm else None
         return PolypProgress(t, viewings, target, aim, viewed, reached)
 
-    def _seen(self, camera: Array, t: float, targets: Array, sight: Sight) -> tuple[int | None, Aim | None]:
+    def nearest(self, task: PolypTask, tip_mm: Array) -> IntArray:
+        """(n,) index of the polyp left that is nearest along the lumen to what is 15 mm ahead of the tip; −1: none."""
+        left = np.array([k for k, viewing in enumerate(self.viewings) if viewing.cleared_t is None], dtype=np.int64)
+        if not len(left):
+            return np.full(len(tip_mm), -1, dtype=np.int64)
+        s = np.array([task.polyps[k].s_mm for k in left])
+        found: IntArray = left[np.abs(s - tip_mm[:, None] - REFERENCE_MM).argmin(axis=1)]
+        return found
+
+    def _seen(
+        self, camera: Array, t: float, targets: Array, sight: Sight, near: IntArray
+    ) -> tuple[int | None, Aim | None]:
         """The polyp that is viewed, and how."""
         best: tuple[int | None, Aim | None] = None, None
-        for index in near_enough(camera, targets).tolist():
+        for index in near.tolist():
             if self.viewings[index].cleared_t is not None:
                 continue
             aim, again = aim_at(camera, targets[index]), self.viewed and index == self.target
@@ -121,10 +144,6 @@ class PolypProgress:
                 if again:
                     break
         return best
-
-    def _nearest(self, task: PolypTask, tip_mm: float) -> int | None:
-        left = [index for index, viewing in enumerate(self.viewings) if viewing.cleared_t is None]
-        return min(left, key=lambda index: abs(task.polyps[index].s_mm - tip_mm - REFERENCE_MM), default=None)
 
     def _after(self, seen: int | None, aim: Aim | None, t: float, hold_s: float) -> tuple[Viewing, ...]:
         """The viewings after a step at whose end the polyp ``seen`` is viewed, None: none is."""

@@ -21,6 +21,7 @@ from ...robots.snake_kernel import snake_frames
 from ...runtime.requests import Note, Reset
 from ...runtime.run import Run
 from ...worlds.registry import spec_of
+from .many_steps import Steps, after_steps
 from .progress import PolypProgress, Sight
 from .task import PolypTask
 
@@ -110,13 +111,14 @@ def polyp_series(run: Run, sight: Sight, steps: Sequence[PolypProgress] | None =
     camera = cameras(snake, rows, at)
     links = [place for name, place in at.items() if name.startswith("outside_link")]
     t, tip_mm = rows[:, at["t"]], rows[:, at["tip_s"]]
-    aims = _aimed(task, spec.tissue, camera, tip_mm, t, start_t, sight) if steps is None else list(steps)
-    count, progress = len(aims), aims[-1] if aims else None
-    if progress is None or count > len(t) or progress.t != t[count - 1] or (count < len(t) and not progress.completed):
-        raise InputError("the steps of the task are not those of the run")
+    if steps is None:
+        made = after_steps(PolypProgress.at_start(task, start_t), task, spec.tissue, camera, tip_mm, t, sight)
+    else:
+        made = _given(steps, t)
+    count = len(made.target)
     return PolypSeries(
         task, start_t, t[:count], tip_mm[:count], rows[:count, [at[f"tip_{axis}"] for axis in "xyz"]], camera[:count],
-        rows[:count][:, links], rows[:count, at["beyond_bound"]], *_columns(aims), progress, spec.tissue,
+        rows[:count][:, links], rows[:count, at["beyond_bound"]], *made, spec.tissue,
     )  # fmt: skip
 
 
@@ -134,23 +136,11 @@ def cameras(snake: SnakeModel, rows: Array, at: Mapping[str, int]) -> Array:
     return camera
 
 
-def _aimed(
-    task: PolypTask, motion: TissueMotion | None, camera: Array, tip_mm: Array, t: Array, start_t: float, sight: Sight
-) -> list[PolypProgress]:
-    """The progress after each step, to the end of the task."""
-    progress, still = PolypProgress.at_start(task, start_t), task.targets()
-    found: list[PolypProgress] = []
-    for pose, s, now in zip(camera, tip_mm.tolist(), t.tolist(), strict=True):
-        targets = still if motion is None else task.targets(motion, now)
-        progress = progress.step(task, pose, s, now, targets, sight)
-        found.append(progress)
-        if progress.completed:
-            break
-    return found
-
-
-def _columns(steps: list[PolypProgress]) -> tuple[IntArray, BoolArray, Array]:
-    """target, viewed and marker of ``PolypSeries``."""
+def _given(steps: Sequence[PolypProgress], t: Array) -> Steps:
+    """Steps that a drive computed, of a run with times t (n,) s; raises InputError for those of another one."""
+    count, last = len(steps), steps[-1] if steps else None
+    if last is None or count > len(t) or last.t != t[count - 1] or (count < len(t) and not last.completed):
+        raise InputError("the steps of the task are not those of the run")
     target = np.array([-1 if step.target is None else step.target for step in steps], dtype=np.int64)
     viewed, marker = np.array([step.viewed for step in steps]), np.array([step.marker for step in steps])
-    return target, viewed, marker
+    return Steps(target, viewed, marker, last)
