@@ -143,7 +143,7 @@ def test_many_steps_at_once_are_those_made_one_by_one(moves: bool) -> None:
         marker.append(one.marker)
     assert one.cleared >= 1
     assert one.completed
-    assert 0.02 < np.mean(viewed) < 0.9
+    assert 50 < np.sum(viewed) < len(viewed) / 2
     all_at_once = after_steps(PolypProgress.at_start(given), given, motion, cameras, tip, t, sight)
     assert all_at_once.progress == one
     for made, wanted in zip(all_at_once[:3], (target, viewed, marker), strict=True):
