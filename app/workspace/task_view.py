@@ -81,8 +81,8 @@ def _polyps_now(moment: PolypMoment, words: str) -> TaskNowView:
 
 
 def _seen(moment: PolypMoment) -> PolypSeenView | None:
-    aim = moment.progress.aim
-    if not moment.in_picture or aim is None:
+    aim = moment.seen
+    if aim is None:
         return None
     return {"distance_mm": round(aim.distance_mm, 0), "angle_deg": round(aim.angle_deg, 0)}
 

@@ -1359,7 +1359,7 @@ export interface DriveTaskView {
  * held_s: for how long what is aimed at is viewed, of hold_s. frame_deg: half the opening of the aiming frame. end_mm:
  * of the tip, where the task ends; end_name: of the landmark there. viewable_share: of the wall there, None if nobody
  * asked. words: why this may differ from the run's score. seen: how far in mm and how many degrees off the axis the
- * polyp is that is in the picture and not viewed; None for none.
+ * nearest polyp is that is left and in the picture, while none is viewed; None for none.
  */
 export interface TaskNowView {
   of: number;

@@ -14,6 +14,7 @@ from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.pathway.tissue_motion import breathing, peristalsis
 from vfix_engine.study.polyps.aiming import aim_at, may_be_within
+from vfix_engine.study.polyps.live import nearest_seen
 from vfix_engine.study.polyps.many_steps import after_steps
 from vfix_engine.study.polyps.placing import WallPlaces, placed
 from vfix_engine.study.polyps.printed import PROUD_MM
@@ -196,6 +197,24 @@ def test_the_nearest_polyp_ahead_is_aimed_at_and_one_that_is_seen_before_it() ->
     missed = start.step(given, far, 197.9, 0.1, targets, free).step(given, far, 198.0, 0.2, targets, free)
     assert (missed.completed, missed.reached_t, missed.cleared) == (True, 0.2, 0)
     assert missed.step(given, far, 10.0, 9.0, targets, free) is missed
+
+
+def test_what_is_seen_is_the_nearest_polyp_that_is_left_also_where_another_one_is_aimed_at() -> None:
+    """The one aimed at, by the tip's place along the lumen, is beside the camera and not in the picture."""
+    given = task(polyp(20.0, -5.0), polyp(60.0, 40.0), polyp(80.0, 50.0))
+    progress = PolypProgress.at_start(given).step(given, looking((0.0, 0.0, 0.0)), 5.0, 0.1, given.targets(), free)
+    assert (progress.target, progress.viewed) == (0, False)
+    camera, targets = looking((0.0, 0.0, 0.0)), given.targets()
+    seen = nearest_seen(progress, camera, targets, free)
+    assert seen is not None
+    assert seen.distance_mm == pytest.approx(40.0)
+    behind = nearest_seen(progress, camera, targets, lambda eye, index, t: index != 1)
+    assert behind is not None
+    assert behind.distance_mm == pytest.approx(50.0)
+    assert nearest_seen(progress, looking((0.0, 0.0, -25.0)), targets, lambda eye, index, t: index > 0) is None, (
+        "farther than 60 mm"
+    )
+    assert nearest_seen(progress, looking((0.0, 0.0, 0.0), 60.0), targets, free) is None
 
 
 def test_a_task_ends_at_its_landmark_or_2_mm_before_the_depth_that_the_robot_reaches() -> None:

@@ -12,6 +12,7 @@ from ...pathway.pathway import TissueMotion
 from ...robots.snake import SnakeModel
 from ...runtime.command import COMMAND_SIZE
 from ...runtime.system import Column
+from .aiming import Aim, aim_at
 from .many_steps import after_steps
 from .progress import PolypProgress, Sight
 from .series import cameras
@@ -25,14 +26,14 @@ FAR_MM = 60.0  # from which a polyp is hardly seen
 class PolypMoment:
     """Study I at one moment, as it is shown. motion: of the tissue, None where it is still.
 
-    in_picture: of the polyp that is aimed at and not viewed: it can be seen all the same, in the picture of
-    ``PICTURE_DEG`` to each side and with a free line of sight.
+    seen: while none is viewed, the nearest polyp that is left and can be seen all the same, in the picture of
+    ``PICTURE_DEG`` to each side and with a free line of sight; None for none.
     """
 
     task: PolypTask
     motion: TissueMotion | None
     progress: PolypProgress
-    in_picture: bool = False
+    seen: Aim | None = None
 
 
 class LiveProgress:
@@ -69,12 +70,22 @@ class LiveProgress:
             return progress
         seen_from, tip, t = cameras(self._snake, rows, at), rows[:, at["tip_s"]], rows[:, at["t"]]
         target, *_, progress = after_steps(progress, self._task, self._motion, seen_from, tip, t, self._sight)
-        in_picture = self._in_picture(progress, seen_from[len(target) - 1])
-        self.moment = PolypMoment(self._task, self._motion, progress, in_picture)
+        camera, targets = seen_from[len(target) - 1], self._task.targets(self._motion, progress.t)
+        seen = None if progress.viewed else nearest_seen(progress, camera, targets, self._sight)
+        self.moment = PolypMoment(self._task, self._motion, progress, seen)
         return progress
 
-    def _in_picture(self, progress: PolypProgress, camera: Array) -> bool:
-        aim, target = progress.aim, progress.target
-        if progress.viewed or aim is None or target is None or aim.angle_deg > PICTURE_DEG or aim.distance_mm > FAR_MM:
-            return False
-        return self._sight(camera[:3, 3], target, progress.t)
+
+def nearest_seen(progress: PolypProgress, camera: Array, targets: Array, sight: Sight) -> Aim | None:
+    """How a camera (4, 4) sees the nearest polyp that is left and in its picture; None if there is none.
+
+    targets: (n, 3) LPS mm, as of ``PolypProgress.step``.
+    """
+    left = [index for index, viewing in enumerate(progress.viewings) if viewing.cleared_t is None]
+    aims = sorted(((aim_at(camera, targets[index]), index) for index in left), key=lambda one: one[0].distance_mm)
+    for aim, index in aims:
+        if aim.distance_mm > FAR_MM:
+            break
+        if aim.angle_deg <= PICTURE_DEG and sight(camera[:3, 3], index, progress.t):
+            return aim
+    return None

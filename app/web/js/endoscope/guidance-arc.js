@@ -87,6 +87,11 @@ export class ForceArcs {
     this.resistance.push(...resistance, t);
   }
 
+  /** Nothing is felt: a drive has ended. */
+  clear() {
+    this.push([0, 0], [0, 0], NaN);
+  }
+
   /** N, of both together. */
   get force() {
     const [a, b] = [this.guidance.mean, this.resistance.mean];

@@ -111,7 +111,7 @@ export class EndoscopeView {
     this.canvas.setAttribute("aria-label", `Picture of the endoscope${does}`);
     this.canvas.title = title;
     this.arcs.element.hidden = !scope.hand;
-    if (!live) this.driven = null;
+    if (!live) this.forgetDriven();
     this.cues.update(state, this.visible && this.connection.connected && !document.hidden);
     if (!this.visible) return;
     this.nearness.update(state.nearness);
@@ -255,8 +255,14 @@ export class EndoscopeView {
   told(words) {
     say(this.channelWords, words);
     if (!words || !this.driven || this.own) return; // of a camera that is driven what is planned is the entry: the last picture is nearer to the truth
-    this.driven = null;
+    this.forgetDriven();
     this.update(this.connection.state);
+  }
+
+  /** What was felt goes with the picture in which it was. */
+  forgetDriven() {
+    this.driven = null;
+    this.arcs.clear();
   }
 
   /** @param {ScopePose | null} pose */
