@@ -111,9 +111,10 @@ class LumenSeriesPublic(BaseModel):
     shaft, side (n): the camera's place, the way it looks, and up in its picture. depth_mm (n): of the tip along the
     pathway; speed_mm_per_s (n): of the insertion. deviation_mm, bound_mm, link (n): of the link nearest to its bound
     in the interval, null and 0 while none is inside; beyond_mm (n): beyond it, negative within it. distal_mm (n):
-    largest depth of the last links outside the pathway. bend (n): r. force_n (n): on the hand, guidance_n: the part of
-    it that leads away from the wall. held (n): 1 where a command was held; limit, limit_link (n): what held it, a
-    number of limits, and the link whose bound that is, 0 for none.
+    largest depth of the last links outside the pathway. bend (n): r. force_n (n): on the hand, guidance_n: the part
+    of it that leads away from the wall; guidance_xy_n, resistance_xy_n (n): that part and the rest at t_s, to the
+    right in the picture and down, null in runs of before they were recorded. held (n): 1 where a command was held;
+    limit, limit_link (n): what held it, a number of limits, and the link whose bound that is, 0 for none.
     """
 
     run: str
@@ -137,6 +138,8 @@ class LumenSeriesPublic(BaseModel):
     bend: list[float]
     force_n: list[float]
     guidance_n: Numbers
+    guidance_xy_n: list[tuple[float | None, float | None]]
+    resistance_xy_n: list[tuple[float | None, float | None]]
     held: list[int]
     limit: list[int]
     limit_link: list[int]

@@ -189,6 +189,8 @@ def plain_lumen_series(series: LumenSeries, run: StoredRun) -> dict[str, Any]:
         "bend": _plain(series.bend),
         "force_n": _plain(series.force),
         "guidance_n": _plain(series.guidance),
+        "guidance_xy_n": _plain(series.guidance_xy, 2),
+        "resistance_xy_n": _plain(series.resistance_xy, 2),
         "held": series.held.astype(int).tolist(),
         "limit": series.limit.tolist(),
         "limit_link": series.limit_link.tolist(),

@@ -20,7 +20,7 @@ const SERIES = {
   run: "a", world: "snake", arm: "manual", certified: false, limits: ["", "bound", "end"], radius_mm: 6, t_s: [0.1, 0.2],
   chain_mm: [[[0, 0, 0], [0, 0, 10], [0, 0, 20]], [[0, 0, 2], [0, 0, 12], [10, 0, 12]]],
   eye: [[0, 0, 26], [16, 0, 12]], shaft: [[0, 0, 1], [1, 0, 0]], side: [[0, 1, 0], [0, 1, 0]], depth_mm: [20, 22], speed_mm_per_s: [0, 20],
-  deviation_mm: [null, 6.2], bound_mm: [null, 8], link: [0, 2], beyond_mm: [null, -1.8], distal_mm: [0, 6.2], bend: [0, 0.5], force_n: [0, 2], guidance_n: [0, 1.5],
+  deviation_mm: [null, 6.2], bound_mm: [null, 8], link: [0, 2], beyond_mm: [null, -1.8], distal_mm: [0, 6.2], bend: [0, 0.5], force_n: [0, 2], guidance_n: [0, 1.5], guidance_xy_n: [[null, null], [1.5, 0]], resistance_xy_n: [[null, null], [0, -0.5]],
   held: [0, 1], limit: [0, 1], limit_link: [0, 2],
 };
 /** @type {any} */
@@ -42,6 +42,11 @@ test("the links keep their length between two samples, and end where the tip is"
   assert.deepEqual([from, to], [[0, 0, 12], [10, 0, 12]]);
   const { segments: [[, middle]] } = robotAt(SERIES, 0.15);
   assert.deepEqual(middle.map((value) => Number(value.toFixed(9))), [5, 0, 16]);
+});
+
+test("the forces on the hand are those of the sample before, and none where they were not recorded", () => {
+  assert.deepEqual(robotAt(SERIES, 0.15).forces, { guidance: [0, 0], resistance: [0, 0] });
+  assert.deepEqual(robotAt(SERIES, 0.2).forces, { guidance: [1.5, 0], resistance: [0, -0.5] });
 });
 
 test("depth, the link at its bound, bend, force and insertion are plotted, and what held is said", () => {

@@ -129,11 +129,12 @@ export function sideAt({ t_s: times, side }, t) {
 }
 
 /**
- * A robot in a lumen at a time: the axes of its links from the tip on, and its camera. Links keep their length.
+ * A robot in a lumen at a time: the axes of its links from the tip on, its camera, and the forces on the hand of the
+ * sample before. Links keep their length.
  * @param {LumenSeriesPublic} series
  * @param {number} t s
  */
-export function robotAt({ t_s: times, chain_mm: chains, eye, shaft, side }, t) {
+export function robotAt({ t_s: times, chain_mm: chains, eye, shaft, side, guidance_xy_n: guidance, resistance_xy_n: resistance }, t) {
   const { at, next, share } = between(times, t);
   const mixed = (/** @type {Triple[]} */ of) => /** @type {Triple} */ (of[at].map((value, axis) => value + share * (of[next][axis] - value)));
   const joints = chains[at].map((place, joint) => /** @type {Triple} */ (place.map((value, axis) => value + share * (chains[next][joint][axis] - value))));
@@ -146,7 +147,8 @@ export function robotAt({ t_s: times, chain_mm: chains, eye, shaft, side }, t) {
     segments.push([near, far]);
     far = near;
   }
-  return { segments, camera: { tip: mixed(eye), shaft: mixed(shaft), side: mixed(side) } };
+  const [guiding, resisting] = [guidance, resistance].map((force) => /** @type {[number, number]} */ (force[at].map((value) => value ?? 0)));
+  return { segments, camera: { tip: mixed(eye), shaft: mixed(shaft), side: mixed(side) }, forces: { guidance: guiding, resistance: resisting } };
 }
 
 /**

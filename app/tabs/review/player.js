@@ -112,7 +112,7 @@ function toolOf({ run, series }, t, ghost) {
 const PLACED = {
   tool: (/** @type {SeriesPublic} */ series, t) => ({ segments: segmentsAt(series, t), side: sideAt(series, t), radii: series.radii_mm, way: /** @type {Triple[]} */ (series.tip) }),
   lumen: (/** @type {LumenSeriesPublic} */ series, t) => {
-    const { segments, camera } = robotAt(series, t);
-    return { segments, side: camera.side, camera, radii: segments.map(() => series.radius_mm), way: series.chain_mm.map((joints) => joints[joints.length - 1]) };
+    const { segments, camera, forces } = robotAt(series, t);
+    return { segments, side: camera.side, camera, forces, radii: segments.map(() => series.radius_mm), way: series.chain_mm.map((joints) => joints[joints.length - 1]) };
   },
 };

@@ -5,8 +5,8 @@
 
 /**
  * A tool of a run at one moment, and the way of its tip over the whole run; all in LPS mm.
- * @typedef {{ key: string, plan: string | null, ghost: boolean, segments: [Triple, Triple][], side: Triple, radii: number[], way: Triple[], camera?: ScopePose }} ReplayedTool
- *   key: of the run. plan: that was driven. camera: where one of its own is; else its first part has the lens. segments: axes of the tool's parts from the tip on. side: across the first part,
+ * @typedef {{ key: string, plan: string | null, ghost: boolean, segments: [Triple, Triple][], side: Triple, radii: number[], way: Triple[], camera?: ScopePose, forces?: { guidance: [number, number], resistance: [number, number] } }} ReplayedTool
+ *   key: of the run. plan: that was driven. camera: where one of its own is; else its first part has the lens. forces: on the hand, N, to the right in its picture and down. segments: axes of the tool's parts from the tip on. side: across the first part,
  *   to which its bend or lens points. ghost: another run beside the one that is looked at
  */
 

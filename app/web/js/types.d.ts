@@ -2465,9 +2465,10 @@ export interface TaskItemPublic {
  * shaft, side (n): the camera's place, the way it looks, and up in its picture. depth_mm (n): of the tip along the
  * pathway; speed_mm_per_s (n): of the insertion. deviation_mm, bound_mm, link (n): of the link nearest to its bound
  * in the interval, null and 0 while none is inside; beyond_mm (n): beyond it, negative within it. distal_mm (n):
- * largest depth of the last links outside the pathway. bend (n): r. force_n (n): on the hand, guidance_n: the part of
- * it that leads away from the wall. held (n): 1 where a command was held; limit, limit_link (n): what held it, a
- * number of limits, and the link whose bound that is, 0 for none.
+ * largest depth of the last links outside the pathway. bend (n): r. force_n (n): on the hand, guidance_n: the part
+ * of it that leads away from the wall; guidance_xy_n, resistance_xy_n (n): that part and the rest at t_s, to the
+ * right in the picture and down, null in runs of before they were recorded. held (n): 1 where a command was held;
+ * limit, limit_link (n): what held it, a number of limits, and the link whose bound that is, 0 for none.
  */
 export interface LumenSeriesPublic {
   run: string;
@@ -2491,6 +2492,8 @@ export interface LumenSeriesPublic {
   bend: number[];
   force_n: number[];
   guidance_n: (number | null)[];
+  guidance_xy_n: ([number | null, number | null])[];
+  resistance_xy_n: ([number | null, number | null])[];
   held: number[];
   limit: number[];
   limit_link: number[];

@@ -70,6 +70,7 @@ def in_a_lumen(client: Client, home: Services, snake: dict[str, Any]) -> None:
     assert np.array(told["chain_mm"]) == pytest.approx(series.chain, abs=0.006)
     assert np.array(told["eye"]) == pytest.approx(series.eye, abs=1e-3)
     assert told["t_s"] == pytest.approx(series.t, abs=1e-4)
+    assert np.array(told["guidance_xy_n"], dtype=float) == pytest.approx(series.guidance_xy, abs=0.006, nan_ok=True)
     assert (told["world"], told["arm"], told["limits"][0]) == ("snake", "certified", "")
     assert client.get(f"{path}/export", params={"format": "csv"}).status_code == 200
     assert client.post(f"{path}/swept").status_code == client.patch(path, json={"teacher": True}).status_code == 422

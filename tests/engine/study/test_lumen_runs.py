@@ -211,6 +211,8 @@ def test_the_series_has_the_robot_and_the_extremes(runs: dict[str, Run], states:
         assert series.eye[number] == pytest.approx(camera[:3, 3], abs=1e-9)
         assert series.shaft[number] == pytest.approx(camera[:3, 2])
         assert series.side[number] == pytest.approx(-camera[:3, 1])
+        assert series.guidance_xy[number] + series.resistance_xy[number] == pytest.approx(samples.force[row])
+        assert series.guidance_xy[number] == pytest.approx(samples.guidance[row])
     assert series.beyond.max() == samples.beyond.max()
     assert series.force.max() == np.linalg.norm(samples.force, axis=1).max()
     assert series.distal.max() == samples.outside.max()

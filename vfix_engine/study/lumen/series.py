@@ -24,7 +24,8 @@ class LumenSeries:
     deviation, bound, link: (n,) of the link nearest to its bound; beyond: (n,) mm beyond it, negative within it.
         NaN, NaN, 0 and −∞ while no link is inside.
     distal: (n,) mm, the largest depth of the last links outside the pathway. bend: (n,) r.
-    force, guidance: (n,) N, on the hand, and the part of it by (33)-(35).
+    force, guidance: (n,) N, on the hand, and the part of it by (33)-(35). guidance_xy, resistance_xy: (n, 2) N, that
+        part and the rest at t, to the right in the picture and down.
     held: (n,) whether a command was held; limit, limit_link: (n,) codes as in ``LumenSamples`` of its first step.
     """
 
@@ -43,6 +44,8 @@ class LumenSeries:
     bend: Array
     force: Array
     guidance: Array
+    guidance_xy: Array
+    resistance_xy: Array
     held: BoolArray
     limit: IndexArray
     limit_link: IndexArray
@@ -85,6 +88,8 @@ def lumen_series_of(run: Run, rate_hz: float, spec: SystemSpec | None = None) ->
         bend=np.maximum.reduceat(samples.bend, first),
         force=np.maximum.reduceat(np.linalg.norm(samples.force, axis=1), first),
         guidance=np.maximum.reduceat(np.linalg.norm(samples.guidance, axis=1), first),
+        guidance_xy=samples.guidance[last],
+        resistance_xy=samples.force[last] - samples.guidance[last],
         held=held,
         limit=np.where(held, samples.limit[began], 0),
         limit_link=np.where(held, samples.limit_link[began], 0),

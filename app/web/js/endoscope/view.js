@@ -110,7 +110,7 @@ export class EndoscopeView {
     const [does, title] = handWords(scope);
     this.canvas.setAttribute("aria-label", `Picture of the endoscope${does}`);
     this.canvas.title = title;
-    this.arcs.element.hidden = !scope.hand;
+    this.arcs.element.hidden = !scope.hand && !replay.tools[0]?.forces;
     if (!live) this.forgetDriven();
     this.cues.update(state, this.visible && this.connection.connected && !document.hidden);
     if (!this.visible) return;
@@ -129,14 +129,17 @@ export class EndoscopeView {
     this.task.show(task, labels);
     const replayed = replayedPose();
     if (!this.driven) this.show(replayed ?? this.plannedPose(state));
+    this.feelReplayed();
     say(this.source, this.driven ? wallWords(state.snake?.lens_mm) : replayed ? "Replayed" : this.pose ? "Planned, not driven" : "");
   }
 
   /** Another moment of a run; only another run needs anything but its pose. */
   played() {
     const run = replay.tools[0]?.key, pose = replayedPose();
-    if (run === this.run && pose && this.visible && !this.driven) this.show(pose);
-    else this.update(this.connection.state);
+    if (run === this.run && pose && this.visible && !this.driven) {
+      this.show(pose);
+      this.feelReplayed();
+    } else this.update(this.connection.state);
     this.run = run;
   }
 
@@ -249,6 +252,12 @@ export class EndoscopeView {
     const [x, y] = [row("guidance_force_x"), row("guidance_force_y")];
     this.arcs.push([x, y], [row("forces_x") - x, row("forces_y") - y], row("t_s"));
     forceSound.hear(this.arcs.force);
+  }
+
+  /** The forces at the moment of the run that is replayed. */
+  feelReplayed() {
+    const forces = replay.tools[0]?.forces;
+    if (forces && !this.driven) this.arcs.push(forces.guidance, forces.resistance, NaN);
   }
 
   /** @param {string} words why no poses of the drive come; '' where they do */
