@@ -43,10 +43,14 @@ class ScoreRowPublic(BaseModel):
 
 
 class TaskItemPublic(BaseModel):
-    """A polyp or label of a task. name: with its number, as in the pictures; done_s: when, null where it was not."""
+    """A polyp or label of a task. name: with its number, as in the pictures; done_s: when, null where it was not.
+
+    share: of a label's arrow that was cut; of a polyp 1 or 0.
+    """
 
     name: str
     done_s: float | None
+    share: float
 
 
 class TaskScorePublic(BaseModel):

@@ -30,7 +30,7 @@ from vfix_engine.worlds.snake.row import LIMITS
 if TYPE_CHECKING:
     from vfix_engine.study.lumen import LumenSeries, TaskReplay
 
-VERSION = 7  # of the definitions of the score and of a hold
+VERSION = 8  # of the definitions of the score and of a hold
 RATE_HZ = 30.0
 MOST_SAMPLES = 36_000  # of one answer; longer runs have fewer a second
 LUMEN_RATE_HZ, MOST_LUMEN_SAMPLES = 20.0, 12_000  # the same of a robot with many links

@@ -68,10 +68,11 @@ test("a plot in which nothing but zeros is held is left out, as of a run from a 
 });
 
 test("polyps are listed by their numbers with when they were done, or that they were missed", () => {
-  const items = [{ name: "Polyp 1", done_s: 41.04 }, { name: "Polyp 2", done_s: null }], task = { ...SCORE.task, items };
+  const items = [{ name: "Polyp 1", done_s: 41.04, share: 1 }, { name: "Polyp 2", done_s: null, share: 0 }], task = { ...SCORE.task, items };
   assert.deepEqual(viewOf(SCORE).items({ ...SCORE, task }), items);
   assert.deepEqual(viewOf(SCORE).items({ ...SCORE, task: null }), []);
   assert.deepEqual(viewOf({ world: "rigid" }).items({}), []);
+  assert.match(String(itemList([{ name: "Label 1", done_s: null, share: 0.5 }], () => {})), /Label 1[^P]*50 %/u);
   assert.match(String(itemList(items, () => {})), /Polyp 1[^P]*41\.0 s[^P]*Polyp 2[^P]*missed/u);
 });
 

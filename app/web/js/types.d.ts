@@ -2452,10 +2452,15 @@ export interface ScoreRowPublic {
   worse: boolean;
 }
 
-/** A polyp or label of a task. name: with its number, as in the pictures; done_s: when, null where it was not. */
+/**
+ * A polyp or label of a task. name: with its number, as in the pictures; done_s: when, null where it was not.
+ *
+ * share: of a label's arrow that was cut; of a polyp 1 or 0.
+ */
 export interface TaskItemPublic {
   name: string;
   done_s: number | null;
+  share: number;
 }
 
 /**

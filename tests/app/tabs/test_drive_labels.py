@@ -87,6 +87,9 @@ def test_a_label_that_is_cut_by_messages_has_the_score_of_its_run(
     assert rows["Time per label"] == row["time_s"]
     assert rows["Angle error"] == row["angle_error_deg"]
     assert rows["Distance from the arrow"] == row["line_error_mm"]
-    done = [{"name": f"Label {n}", "done_s": one.done_s} for n, one in enumerate(found.state.labels, start=1)]
+    done = [
+        {"name": f"Label {n}", "done_s": one.done_s, "share": (one.end_mm + 10.0) / 20.0}
+        for n, one in enumerate(found.state.labels, start=1)
+    ]
     assert score["items"] == done
     assert phantom_services.run_scores.task(run.id).at(1e4).state == watch.state  # type: ignore[union-attr]

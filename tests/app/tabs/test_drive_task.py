@@ -92,7 +92,9 @@ def test_polyps_of_the_route_are_viewed_held_and_cleared_as_the_run_says(
     assert (score["title"], score["completed"], len(rows), rows["Polyps missed"]) == ("Polyps", True, 12, 0.0)
     assert rows["Completed in"] == watch.progress.reached_t  # type: ignore[union-attr]
     cleared = [viewing.cleared_t for viewing in watch.progress.viewings]  # type: ignore[union-attr]
-    assert score["items"] == [{"name": f"Polyp {n}", "done_s": t} for n, t in enumerate(cleared, start=1)]
+    assert score["items"] == [
+        {"name": f"Polyp {n}", "done_s": t, "share": 0.0 if t is None else 1.0} for n, t in enumerate(cleared, start=1)
+    ]
     assert phantom_services.run_scores.task(run.id).at(1e4).progress == watch.progress  # type: ignore[union-attr]
 
 

@@ -168,7 +168,10 @@ def test_a_score_lists_each_polyp_by_its_number(tmp_path: Path) -> None:
     assert seen is not None
     assert unseen is not None
     series = polyp_series(run, LumenSight(_tube(), TASK))
-    assert seen.items == (TaskItem("Polyp 1", series.progress.viewings[0].cleared_t), TaskItem("Polyp 2", None))
+    assert seen.items == (
+        TaskItem("Polyp 1", series.progress.viewings[0].cleared_t, 1.0),
+        TaskItem("Polyp 2", None, 0.0),
+    )
     assert seen.items[0].done_s is not None
     assert unseen.items == ()
 

@@ -13,6 +13,7 @@ from ...worlds.registry import spec_of
 from ...worlds.snake.cavity import cavity_case
 from ..lumen.task_rows import TaskItem, TaskRow, TaskScore, begun_at
 from ..polyps.task import surface_hash
+from .labels import HALF_MM
 from .live import LiveLabels
 from .table import NOTE, measured, seed_of, surface_of, task_begun, task_of
 from .task import DiathermyState, Sight, table_iv
@@ -60,8 +61,11 @@ def task_score(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
     ]
     rows += [TaskRow(name, _mean(state, key), unit, digits) for key, name, unit, digits in _MEANS]
     result = f"{state.traced} of {len(state.labels)} labels traced" if scored else ""
-    done = [one.done_s for one in state.labels] if scored else []
-    items = tuple(TaskItem(f"Label {number}", at) for number, at in enumerate(done, start=1))
+    labels = state.labels if scored else ()
+    items = tuple(
+        TaskItem(f"Label {number}", one.done_s, 0.5 + 0.5 * one.end_mm / HALF_MM)
+        for number, one in enumerate(labels, start=1)
+    )
     return TaskScore(_TITLE, state.done, tuple(rows), lacking="" if scored else _LACKING, result=result, items=items)
 
 

@@ -26,10 +26,14 @@ class TaskRow:
 
 @dataclass(frozen=True)
 class TaskItem:
-    """One polyp or label of a task. name: with its number, as in the pictures; done_s: when, None where it was not."""
+    """One polyp or label of a task. name: with its number, as in the pictures; done_s: when, None where it was not.
+
+    share: of a label's arrow that was cut; of a polyp 1 or 0.
+    """
 
     name: str
     done_s: float | None
+    share: float
 
 
 @dataclass(frozen=True)

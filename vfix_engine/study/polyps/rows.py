@@ -79,7 +79,10 @@ def task_score(run: Run, wall: TriangleMesh | None) -> TaskScore | None:
     result = f"{count - table.polyps_missed} of {count} polyps viewed" if seen else ""
     lacking = "" if seen else _LACKING
     viewings = series.progress.viewings if seen else ()
-    items = tuple(TaskItem(f"Polyp {number}", one.cleared_t) for number, one in enumerate(viewings, start=1))
+    items = tuple(
+        TaskItem(f"Polyp {number}", one.cleared_t, 0.0 if one.cleared_t is None else 1.0)
+        for number, one in enumerate(viewings, start=1)
+    )
     return TaskScore(_TITLE, series.progress.completed, rows, lacking=lacking, result=result, items=items)
 
 
