@@ -221,9 +221,15 @@ class Workstation:
     def open_step(self, name: str) -> None:
         """Open a step of the Plan panel, or a part below the steps, by its `data-step-name`."""
         step = self.page.locator(f"[data-step-name={name}]")
-        if not step.evaluate("(step) => step.open"):
-            step.locator("> summary").click()
-        expect(step).to_have_attribute("open", "")
+
+        def opened() -> bool:
+            if not step.evaluate("(step) => step.open"):
+                step.locator("> summary").click()
+            return bool(step.evaluate("(step) => step.open"))
+
+        self.wait_for(
+            f"the step {name!r} to be open", opened
+        )  # the page opens the next one itself, between look and click
 
     def open_plan(self, plan_id: str) -> None:
         self.page.evaluate("(id) => vfix.request('plan.open', { plan_id: id })", plan_id)
