@@ -68,6 +68,7 @@ def test_keys_choose_and_escape_leaves(open_page: Open) -> None:
     page.keyboard.press("Escape")
     expect(page.locator("#dialog[open]")).to_have_count(0)
     page.keyboard.press("Control+k")
+    expect(page.locator("#palette")).to_be_focused()
     page.keyboard.type("lay")
     station.picture("palette-layouts")
     assert station.errors == []
@@ -76,6 +77,7 @@ def test_keys_choose_and_escape_leaves(open_page: Open) -> None:
 def offered(page: Page, typed: str, why: str) -> None:
     """The palette has an entry of that name that says why it cannot be used now, and Enter does nothing."""
     page.keyboard.press("Control+k")
+    expect(page.locator("#palette")).to_be_focused()
     page.keyboard.type(typed)
     first = page.locator("#palette-list li").first
     expect(first).to_contain_text(why)

@@ -71,6 +71,7 @@ def test_the_handle_is_dragged_and_the_tip_stays_on_the_path(open_page: Open, re
     assert station.rehearsal()["tip_error_mm"] < TIP_ERROR_MM
     station.page.keyboard.up("ArrowUp")
     station.page.keyboard.press("Control+k")
+    expect(station.page.locator("#palette")).to_be_focused()
     station.page.keyboard.type("Figures of the control loop")
     station.page.keyboard.press("Enter")
     expect(station.page.locator("#details-sheet dd").last).to_have_text("5")
