@@ -95,6 +95,7 @@ def test_what_cannot_be_used_says_why_and_does_nothing(open_page: Open, rest: Re
     station.open_plan(plan)
     page = station.page
     expect(page.locator("#versions li")).to_have_count(1)
+    station.wait_for("the slices, in which places are", lambda: station.state("slices"))
     before = rest.plan(plan)["revision"]
     offered(page, "delete version", "choose one first")
     offered(page, "R 5 A", "R or L, A or P, S or I, in mm")
