@@ -50,7 +50,7 @@ def test_errors_are_switched_on_and_the_bend_is_compensated(open_page: Open, res
     now = truth()
     page.keyboard.up("ArrowUp")
     station.rehearsal_after(1000)
-    # What is compensated is believed, so that the registration alone is between both tips, as once nothing pushes there.
+    # What is compensated is believed, so that both tips are as far apart as once nothing pushes.
     assert now["difference_mm"] == pytest.approx(truth()["difference_mm"], abs=0.1)
     assert np.linalg.norm(np.subtract(now["true"], now["believed"])) == pytest.approx(now["difference_mm"], abs=2e-3)
     station.see_scene()
