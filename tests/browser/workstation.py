@@ -227,9 +227,8 @@ class Workstation:
                 step.locator("> summary").click()
             return bool(step.evaluate("(step) => step.open"))
 
-        self.wait_for(
-            f"the step {name!r} to be open", opened
-        )  # the page opens the next one itself, between look and click
+        # the page opens a step itself, also between the look and the click, which closes it then
+        self.wait_for(f"the step {name!r} to be open", opened)
 
     def open_plan(self, plan_id: str) -> None:
         self.page.evaluate("(id) => vfix.request('plan.open', { plan_id: id })", plan_id)

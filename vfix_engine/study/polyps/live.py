@@ -81,11 +81,13 @@ def nearest_seen(progress: PolypProgress, camera: Array, targets: Array, sight: 
 
     targets: (n, 3) LPS mm, as of ``PolypProgress.step``.
     """
-    left = [index for index, viewing in enumerate(progress.viewings) if viewing.cleared_t is None]
-    aims = sorted(((aim_at(camera, targets[index]), index) for index in left), key=lambda one: one[0].distance_mm)
-    for aim, index in aims:
-        if aim.distance_mm > FAR_MM:
+    away = np.linalg.norm(targets - camera[:3, 3], axis=1)
+    for index in np.argsort(away).tolist():
+        if away[index] > FAR_MM:
             break
+        if progress.viewings[index].cleared_t is not None:
+            continue
+        aim = aim_at(camera, targets[index])
         if aim.angle_deg <= PICTURE_DEG and sight(camera[:3, 3], index, progress.t):
             return aim
     return None

@@ -16,7 +16,7 @@ from .aiming import may_be_within
 from .progress import PolypProgress, Sight
 from .task import PolypTask
 
-_AT_ONCE = 4096  # steps whose targets are measured at once
+_AT_ONCE = 4096  # steps whose targets are measured at once, for memory
 
 
 class Steps(NamedTuple):
@@ -49,59 +49,35 @@ def after_steps(
     Raises:
         InputError: a time before that of the step before it.
     """
-    if len(t) and (t[0] < progress.t or (np.diff(t) < 0.0).any()):
+    if (np.diff(t, prepend=progress.t) < 0.0).any():
         raise InputError("times of steps have to ascend: begin with PolypProgress.at_start")
-    found = [_Columns.of(0)]
+    count, k, still = len(t), 0, task.targets()
+    target, viewed, marker = np.full(count, -1, dtype=np.int64), np.zeros(count, dtype=bool), np.zeros(count)
+    near, ends = _may_be_viewed(task, motion, cameras, t), tip_mm >= task.done_mm
+    ends[-1:] = True  # the last step has its aim
+    cleared, busy = -1, np.empty(0, dtype=np.int64)
+    while k < count and not progress.completed:
+        if progress.cleared != cleared:
+            cleared = progress.cleared
+            near &= [viewing.cleared_t is None for viewing in progress.viewings]
+            busy = np.flatnonzero(near.any(axis=1) | ends)
+        until = k if progress.viewed else int(busy[np.searchsorted(busy, k)])
+        if until > k:
+            target[k:until], k = progress.nearest(task, tip_mm[k:until]), until
+        now, targets = float(t[k]), still if motion is None else task.targets(motion, float(t[k]))
+        progress = progress.step(task, cameras[k], float(tip_mm[k]), now, targets, sight, np.flatnonzero(near[k]))
+        target[k] = -1 if progress.target is None else progress.target
+        viewed[k], marker[k] = progress.viewed, progress.marker
+        k += 1
+    return Steps(target[:k], viewed[:k], marker[:k], progress)
+
+
+def _may_be_viewed(task: PolypTask, motion: TissueMotion | None, cameras: Array, t: Array) -> BoolArray:
+    """``may_be_within`` of all polyps after each step, (n, p)."""
+    found = np.empty((len(t), len(task.polyps)), dtype=bool)
+    still = task.targets()[None]
     for begin in range(0, len(t), _AT_ONCE):
         part = slice(begin, begin + _AT_ONCE)
-        if progress.completed:
-            break
-        progress = _part(progress, task, motion, cameras[part], tip_mm[part], t[part], sight, found)
-    target, viewed, marker = (np.concatenate(column) for column in zip(*found, strict=True))
-    return Steps(target, viewed, marker, progress)
-
-
-class _Columns(NamedTuple):
-    target: IntArray
-    viewed: BoolArray
-    marker: Array
-
-    @classmethod
-    def of(cls, count: int) -> _Columns:
-        return cls(np.full(count, -1, dtype=np.int64), np.zeros(count, dtype=bool), np.zeros(count))
-
-
-def _part(
-    progress: PolypProgress,
-    task: PolypTask,
-    motion: TissueMotion | None,
-    cameras: Array,
-    tip_mm: Array,
-    t: Array,
-    sight: Sight,
-    found: list[_Columns],
-) -> PolypProgress:
-    count, columns = len(t), _Columns.of(len(t))
-    still = task.targets()[None]
-    targets = still if motion is None else np.stack([task.targets(motion, now) for now in t.tolist()])
-    near = may_be_within(cameras, targets)
-    near &= [viewing.cleared_t is None for viewing in progress.viewings]
-    counts = near.any(axis=1) | (tip_mm >= task.done_mm)
-    counts[-1] = True  # so that the last one has its aim
-    busy = np.flatnonzero(counts)
-    k = 0
-    while k < count and not progress.completed:
-        if not (counts[k] or progress.viewed):
-            end = int(busy[np.searchsorted(busy, k)])
-            columns.target[k:end] = progress.nearest(task, tip_mm[k:end])
-            k = end
-        else:
-            now = targets[k if motion is not None else 0]
-            progress = progress.step(
-                task, cameras[k], float(tip_mm[k]), float(t[k]), now, sight, np.flatnonzero(near[k])
-            )
-            columns.target[k] = -1 if progress.target is None else progress.target
-            columns.viewed[k], columns.marker[k] = progress.viewed, progress.marker
-            k += 1
-    found.append(_Columns(columns.target[:k], columns.viewed[:k], columns.marker[:k]))
-    return progress
+        moved = still if motion is None else np.stack([task.targets(motion, now) for now in t[part].tolist()])
+        found[part] = may_be_within(cameras[part], moved)
+    return found

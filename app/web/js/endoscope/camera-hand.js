@@ -40,7 +40,7 @@ export class CameraHand {
     this.told = new Map();
     /** @type {ReturnType<typeof setInterval> | undefined} */
     this.timer = undefined;
-    this.nearer = { left: Infinity, since: 0, at: 0 };
+    this.nearer = { left: Infinity, waited: 0, at: 0 }; // mm that were left last, and for how many ms it came no nearer
     pane.addEventListener("pointerdown", (event) => this.press(event));
     pane.addEventListener("pointermove", (event) => this.drag(event));
     for (const end of /** @type {const} */ (["pointerup", "pointercancel", "lostpointercapture"])) pane.addEventListener(end, ({ pointerId }) => { if (pointerId === this.dragged?.pointer) this.release(); });
@@ -102,7 +102,7 @@ export class CameraHand {
     if (fixed) return; // nothing is inserted
     const wanted = (this.depth ?? here) - NOTCH_MM * notches;
     this.depth = Math.max(0, Math.min(length, Math.max(here - MOST_LEFT_MM, Math.min(here + MOST_LEFT_MM, wanted))));
-    this.nearer = { left: Infinity, since: 0, at: performance.now() };
+    this.nearer = { left: Infinity, waited: 0, at: performance.now() };
     this.say("insert.to", { depth_mm: this.depth }, true);
     this.begin();
   }
@@ -154,9 +154,9 @@ export class CameraHand {
    */
   stuck(depth, here) {
     const left = Math.abs(depth - here), at = performance.now();
-    const since = this.nearer.since + Math.min(at - this.nearer.at, AGAIN_MS);
-    this.nearer = left < this.nearer.left - 0.05 ? { left, since: 0, at } : { left: this.nearer.left, since, at };
-    return this.nearer.since > STUCK_MS;
+    const waited = this.nearer.waited + Math.min(at - this.nearer.at, AGAIN_MS);
+    this.nearer = left < this.nearer.left - 0.05 ? { left, waited: 0, at } : { left: this.nearer.left, waited, at };
+    return this.nearer.waited > STUCK_MS;
   }
 
   rest() {
