@@ -72,7 +72,7 @@ test("polyps are listed by their numbers with when they were done, or that they 
   assert.deepEqual(viewOf(SCORE).items({ ...SCORE, task }), items);
   assert.deepEqual(viewOf(SCORE).items({ ...SCORE, task: null }), []);
   assert.deepEqual(viewOf({ world: "rigid" }).items({}), []);
-  assert.match(String(itemList([{ name: "Label 1", done_s: null, share: 0.5 }], () => {})), /Label 1[^P]*50 %/u);
+  assert.match(String(itemList([{ name: "Label 1", done_s: null, share: 0.5 }], () => {})), /Label 1[^P]*50 % cut/u);
   assert.match(String(itemList(items, () => {})), /Polyp 1[^P]*41\.0 s[^P]*Polyp 2[^P]*missed/u);
 });
 

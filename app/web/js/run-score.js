@@ -113,7 +113,7 @@ function inAll(holds) {
  */
 export function itemList(items, open) {
   return html`<ul class="run-holds task-items" aria-label="Polyps and labels">${items.map(({ name, done_s: at, share }) => html`<li>
-    <button type="button" class="plain" title="Show this moment" ?disabled=${at === null} @click=${() => open(at ?? 0)}><span>${name}</span><span class=${at === null ? "worse" : "number"}>${at !== null ? duration(at) : share > 0 ? `${fixed(100 * share, 0)} %` : "missed"}</span></button></li>`)}</ul>`;
+    <button type="button" class="plain" title="Show this moment" ?disabled=${at === null} @click=${() => open(at ?? 0)}><span>${name}</span><span class=${at === null ? "worse" : "number"}>${at !== null ? duration(at) : share > 0 ? `${Math.floor(100 * share)} % cut` : "missed"}</span></button></li>`)}</ul>`;
 }
 
 /**
