@@ -48,7 +48,7 @@ def test_a_full_run_gives_its_tables_where_it_is_stored(tmp_path: Path) -> None:
         if not file.stem.endswith(evidence.FULL):
             (tmp_path / file.name).write_bytes(file.read_bytes())
     page = (DOCS / "evidence.md").read_text(encoding="utf-8")
-    assert evidence.written(page, tmp_path).count("No full run is stored") == 6
+    assert evidence.written(page, tmp_path).count("No full run is stored") == 9
     arms = {"manual": {"time_s": 3.0}, "guided": {"time_s": None}}
     sweeps = [
         {"assumption": name, "value": value, "subjects": 2, "arms": arms}
@@ -57,8 +57,18 @@ def test_a_full_run_gives_its_tables_where_it_is_stored(tmp_path: Path) -> None:
     for study in ("kwok2013-1", "kwok2013-2"):
         report = json.loads((tmp_path / f"{study}.json").read_text(encoding="utf-8")) | {"sweeps": sweeps}
         (tmp_path / f"{study}{evidence.FULL}.json").write_text(json.dumps(report), encoding="utf-8")
+    rows = [
+        {"value": value, "is_assumed": value == 0.1, "inspection_mm": 0.4, "order_share": 0.7}
+        | {f"{mode} error_mm": 1.0 + value for mode in evidence.SWEPT}
+        | {f"{mode} time_s": 20.0 for mode in evidence.SWEPT}
+        for value in (0.0, 0.1)
+    ]
+    report = json.loads((tmp_path / "li2007.json").read_text(encoding="utf-8"))
+    report["sweeps"] = {"compliance_mm_per_n": {"what": "compliance, mm/N", "rows": rows}}
+    (tmp_path / f"li2007{evidence.FULL}.json").write_text(json.dumps(report), encoding="utf-8")
     found = evidence.written(page, tmp_path)
     assert "No full run is stored" not in found
+    assert "| compliance, mm/N | 0, **0.1** | 1.00, 1.10 | 1.00, 1.10 | 1.00, 1.10 | 20.0 | 20.0 | 20.0 |" in found
     assert found.count("| `content` | 0.35 | 3 / none |") == 2
     assert found.count("| Complet. Time (s) | 333.8 ± 94.78 / **520 ± 38.6** |") == 1
     assert found.count("| Compl. Time (s) | 21.4 ± 9.17 / **") == 1
