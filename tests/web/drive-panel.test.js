@@ -66,7 +66,7 @@ test("a task whose polyps were drawn says from how much of the wall, and how man
   assert.doesNotMatch(told({ viewable_share: null }), /Drawn from the/);
   assert.match(told({ cleared: 3 }), /3 of 10 viewed/); // how many: the numbers in 3D are those of places, and any may come first
   assert.doesNotMatch(told({ cleared: 3 }), /Polyp 4/);
-  assert.match(told({}), /No polyp in view/);
+  assert.match(told({}), /None in clear view/);
   const seen = [[31, 5, /Too far, 31\u00a0mm/], [6, 5, /Too near, 6\u00a0mm/], [15, 27, /27° off centre/]];
   for (const [distance_mm, angle_deg, words] of seen) assert.match(told({ seen: { distance_mm, angle_deg } }), /** @type {RegExp} */ (words));
   assert.match(told({ viewed: true, held_s: 1 }), /1.0 of 7 s/);

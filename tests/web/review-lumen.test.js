@@ -175,7 +175,7 @@ test("a run is said by its arm, and a list has its short score", () => {
   const run = withScore({ world: "snake", score: null }, SCORE);
   assert.deepEqual(run.score, { certified: false, completed: false, time_s: 61, depth_mm: 412.4, deviation_mm: 7, beyond_bound_mm: 1.26, bound_mm: 8, behind_wall: SCORE.behind_wall, held_s: 1, task: "Ten polyps" });
   assert.equal(withScore({ world: "snake", score: null }, { ...SCORE, task: null, completed: true }).score?.completed, true);
-  assert.equal(viewOf(run).short(run.score), "412 mm, deviation 7.0 mm");
+  assert.equal(viewOf(run).short(run.score), "412\u00a0mm");
   assert.equal(viewOf(run).brief(run.score), "1:01 min, 412 mm");
 });
 
@@ -184,6 +184,6 @@ test("a run from a fixed base, where nothing is inserted, says nothing of depth"
   const names = viewOf(still).facts(still).map(({ name }) => name);
   assert.deepEqual(names.slice(0, 2), ["Time driven", "Deviations"]);
   const short = withScore(/** @type {any} */ ({ world: "snake", score: null }), still).score;
-  assert.deepEqual([viewOf(still).short(short), viewOf(still).brief(short)], ["deviation 7.0 mm", "1:01 min"]);
+  assert.deepEqual([viewOf(still).short(short), viewOf(still).brief(short)], ["nearest to a bound 7.0\u00a0mm", "1:01 min"]);
   assert.equal(lumenFigures([still]).find(({ name }) => name === "Share of the route")?.of(still), null);
 });

@@ -296,7 +296,7 @@ class LumenDriveTab(DriveTab[PreparedSnake, SnakeSnapshot]):
             return "The robot comes to the entry."
         fixed = "labels" in self._offered()  # on a base in the cavity
         if fixed and now.shown_state != "running":
-            return "Press Start or Continue, then drag in the picture."
+            return f"Press {'Continue' if now.shown_state == 'paused' else 'Start'}, then drag in the picture."
         if fixed and now.mine:
             return "Drag or arrow keys turn the camera; hold X to cut."
         if now.shown_state == "running" and now.mine:

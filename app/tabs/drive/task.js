@@ -42,7 +42,7 @@ export function taskGroup(connection, task) {
 /** @param {TaskNowView | null} now */
 function instructions(now) {
   const hold = now?.hold_s ?? USUAL_HOLD_S;
-  const end = now?.end_name ? `in the ${now.end_name} colon` : now ? `at ${fixed(now.end_mm, 0)} mm` : "at the end of the way";
+  const end = now?.end_name ? `in the ${now.end_name} colon` : now ? `at ${fixed(now.end_mm, 0)} mm` : "at a set depth"; // known once the robot is in
   return html`<p class="words">Insert the robot and find the blue polyps.</p>
     <p class="words">Hold each in the frame for ${fixed(hold, hold % 1 ? 1 : 0)} s, 15\u00a0±\u00a07\u00a0mm away.</p>
     ${hintLine("task-end", `The task ends ${end}.`, HELP)}`;
@@ -80,7 +80,7 @@ function drawnFrom(now) {
 
 /** Why the polyp in the picture is not viewed: 15 ± 7 mm, ± 20°. @param {TaskNowView["seen"]} seen */
 function aside(seen) {
-  if (seen === null) return "No polyp in view";
+  if (seen === null) return "None in clear view"; // a fold may hide the middle of one whose rim is seen
   const { distance_mm: away, angle_deg: off } = seen;
   if (away > FAR_MM) return `Too far, ${fixed(away, 0)}\u00a0mm`;
   return away < NEAR_MM ? `Too near, ${fixed(away, 0)}\u00a0mm` : `${fixed(off, 0)}° off centre`;

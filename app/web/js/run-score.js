@@ -13,6 +13,8 @@ const HELP = {
   "Time driven": "Counts while the robot is led; with polyps always, but for pauses.",
   Smoothness: "Spectral arc length; 0 is smoothest. Compare equal tasks only.",
   "Deviation, largest": "How far the last links were outside the pathway.",
+  Depth: "The deepest place of the tip.",
+  Held: "While the hand pushed and the robot did not follow.",
 };
 
 /** @typedef {{ name: string, value: string, worse?: boolean, folded?: boolean }} Fact worse: something to look at. folded: with all others, not among the first */

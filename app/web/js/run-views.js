@@ -41,7 +41,7 @@ const VIEWS = {
     facts: (/** @type {LumenScorePublic} */ score) => lumenFacts(score),
     certificate: (/** @type {LumenScorePublic | ShortLumenScore} */ score) => lumenCertificate(score),
     result: (/** @type {LumenScorePublic} */ score, end = "") => lumenResult(score, end),
-    short: (/** @type {ShortLumenScore} */ { depth_mm: depth, deviation_mm: off }) => [...(depth === null ? [] : [`${fixed(depth, 0)} mm`]), ...(off === null ? [] : [`deviation ${fixed(off, 1)} mm`])].join(", "),
+    short: (/** @type {ShortLumenScore} */ { depth_mm: depth, deviation_mm: off }) => (depth !== null ? `${fixed(depth, 0)}\u00a0mm` : off === null ? "" : `nearest to a bound ${fixed(off, 1)}\u00a0mm`),
     brief: (/** @type {ShortLumenScore} */ { time_s: time, depth_mm: depth }) => `${duration(time)}${depth === null ? "" : `, ${fixed(depth, 0)} mm`}`,
     robot: ({ links }) => (links ? `${links} link${links === 1 ? "" : "s"}` : ""),
     items: (/** @type {LumenScorePublic} */ { task }) => task?.items ?? [],

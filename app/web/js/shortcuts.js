@@ -53,7 +53,7 @@ export const SHORTCUTS = [
     { keys: "W S", words: "Hold: insert, retract" },
     { keys: "↑ ↓ ← →", words: "Hold: turn the camera; to the sides A D too" },
     { keys: "Wheel", words: "In the picture: insert and retract by 5 mm" },
-    { keys: "Drag", words: "In the picture: turn the camera" },
+    { keys: "Drag", words: "In the picture: pull what you see; the camera turns" },
     { keys: "Space", words: "Pause the robot where it is" },
     { keys: "E", words: "Endoscope large; again: beside 3D", does: "layout.endoscope" },
     { keys: "X", words: "Hold: the tool of a task cuts" },

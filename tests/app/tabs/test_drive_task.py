@@ -63,7 +63,7 @@ def test_polyps_of_the_route_are_viewed_held_and_cleared_as_the_run_says(
         send(other.tab, "drive.task", task=None)
 
     far = client.until(lambda shown: shown["drive_task"]["now"]["seen"], INSERT)["drive_task"]["now"]
-    assert 22.0 < far["seen"]["distance_mm"] <= 60.0  # in the picture, and too far to be viewed
+    assert 22.0 < far["seen"]["distance_mm"] <= TUBE_MM  # in the picture, and too far to be viewed
     assert far["seen"]["angle_deg"] < 35.0
     seen = client.until(lambda shown: shown["drive_task"]["now"]["viewed"], INSERT)["drive_task"]["now"]
     assert seen["seen"] is None

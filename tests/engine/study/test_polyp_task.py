@@ -211,10 +211,23 @@ def test_what_is_seen_is_the_nearest_polyp_that_is_left_also_where_another_one_i
     behind = nearest_seen(progress, camera, targets, lambda eye, index, t: index != 1)
     assert behind is not None
     assert behind.distance_mm == pytest.approx(50.0)
-    assert nearest_seen(progress, looking((0.0, 0.0, -25.0)), targets, lambda eye, index, t: index > 0) is None, (
-        "farther than 60 mm"
-    )
+    far = nearest_seen(progress, looking((0.0, 0.0, -105.0)), targets, lambda eye, index, t: index > 0)
+    assert far is not None, "a bright ball in a straight part is seen from far"
+    assert far.distance_mm == pytest.approx(145.0)
+    assert nearest_seen(progress, looking((0.0, 0.0, -161.0)), targets, lambda eye, index, t: index > 0) is None
     assert nearest_seen(progress, looking((0.0, 0.0, 0.0), 60.0), targets, free) is None
+
+
+@pytest.mark.parametrize(("off_deg", "away_mm", "in_part"), [(37.0, 40.0, True), (41.0, 40.0, False), (52.0, 8.0, True)])
+def test_a_polyp_whose_middle_is_beside_the_picture_is_seen_as_far_as_its_ball(
+    off_deg: float, away_mm: float, in_part: bool
+) -> None:
+    given = task(polyp(away_mm, away_mm))
+    progress = PolypProgress.at_start(given)
+    seen = nearest_seen(progress, looking((0.0, 0.0, 0.0), off_deg), given.targets(), free)
+    assert (seen is not None) is in_part
+    if seen is not None:
+        assert seen.angle_deg == pytest.approx(off_deg)
 
 
 def test_a_task_ends_at_its_landmark_or_2_mm_before_the_depth_that_the_robot_reaches() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -16,18 +17,18 @@ from .aiming import Aim, aim_at
 from .many_steps import after_steps
 from .progress import PolypProgress, Sight
 from .series import cameras
-from .task import PolypTask
+from .task import RADIUS_MM, PolypTask
 
 PICTURE_DEG = 35.0  # half of the picture's opening
-FAR_MM = 60.0  # from which a polyp is hardly seen
+FAR_MM = 200.0  # beyond which the picture of a colon draws nothing
 
 
 @dataclass(frozen=True, eq=False)
 class PolypMoment:
     """Study I at one moment, as it is shown. motion: of the tissue, None where it is still.
 
-    seen: while none is viewed, the nearest polyp that is left and can be seen all the same, in the picture of
-    ``PICTURE_DEG`` to each side and with a free line of sight; None for none.
+    seen: while none is viewed, the nearest polyp that is left and can be seen all the same: some of its ball is in the
+    picture of ``PICTURE_DEG`` to each side, and the line of sight to its middle is free; None for none.
     """
 
     task: PolypTask
@@ -77,7 +78,7 @@ class LiveProgress:
 
 
 def nearest_seen(progress: PolypProgress, camera: Array, targets: Array, sight: Sight) -> Aim | None:
-    """How a camera (4, 4) sees the nearest polyp that is left and in its picture; None if there is none.
+    """How a camera (4, 4) sees the nearest polyp that is left and at least in part in its picture; None for none.
 
     targets: (n, 3) LPS mm, as of ``PolypProgress.step``.
     """
@@ -88,6 +89,7 @@ def nearest_seen(progress: PolypProgress, camera: Array, targets: Array, sight: 
         if progress.viewings[index].cleared_t is not None:
             continue
         aim = aim_at(camera, targets[index])
-        if aim.angle_deg <= PICTURE_DEG and sight(camera[:3, 3], index, progress.t):
+        ball_deg = math.degrees(math.asin(min(1.0, RADIUS_MM / max(RADIUS_MM, aim.distance_mm))))
+        if aim.angle_deg <= PICTURE_DEG + ball_deg and sight(camera[:3, 3], index, progress.t):
             return aim
     return None

@@ -3,12 +3,14 @@ import { drawsInSoftware } from "../graphics.js";
 import { Bumps } from "./bumps.js";
 import { readMesh } from "./mesh-file.js";
 import { PlanOverlay } from "./plan-overlay.js";
-import { TISSUE_FRAGMENT } from "./shaders.js";
+import { IN_TISSUE, TISSUE_FRAGMENT } from "./shaders.js";
 import { TaskLabels } from "./task-labels.js";
 import { Tissue } from "./tissue.js";
 /** @import { Lens } from "./lens.js" */
 /** @import { Look } from "./looks.js" */
 /** @import { Quality } from "./shaders.js" */
+
+const DARK = [0.01, 0.003, 0.003]; // where nothing is
 
 export class Renderer {
   /**
@@ -28,6 +30,7 @@ export class Renderer {
     this.labels = new TaskLabels(gl);
     /** @type {Tissue | null} */
     this.tissue = null;
+    this.inTissue = false; // the lens is behind the wall, from where it sees the wall from outside, or nothing
   }
 
   /** @param {ArrayBuffer} data the file of a surface */
@@ -56,7 +59,8 @@ export class Renderer {
   draw(lens, quality, fragment = TISSUE_FRAGMENT[quality]) {
     const { gl, canvas } = this;
     gl.viewport(0, 0, canvas.width, canvas.height);
-    gl.clearColor(0.01, 0.003, 0.003, 1);
+    const [red, green, blue] = this.inTissue ? IN_TISSUE : DARK;
+    gl.clearColor(red, green, blue, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LEQUAL);

@@ -10,12 +10,15 @@ void main() { place = position; facing = normal; tissue = colour; gl_Position = 
 
 /** 'full': two lights, shine and fine relief. 'lean': one light, for drawing without a graphics card. @typedef {"full" | "lean"} Quality */
 
+/** Of back faces, and of nothing, where the lens is in tissue: a red-out and no hole. @type {[number, number, number]} */
+export const IN_TISSUE = [0.42, 0.09, 0.07];
+
 const COMMON = `precision highp float;
 in vec3 place; in vec3 facing; in vec4 tissue;
 uniform vec3 eye; uniform vec3 ahead; uniform vec3 lights[2];
 uniform float reach; uniform float near; uniform float exposure; uniform vec3 wrap; uniform float shine; uniform float fog; uniform float relief; uniform vec3 tint;
 out vec4 drawn;
-const vec3 IN_TISSUE = vec3(0.42, 0.09, 0.07);  // back faces: the lens is in tissue, a red-out and no hole
+const vec3 IN_TISSUE = vec3(${IN_TISSUE});
 vec3 shown(vec3 light) { return pow(1.0 - exp(-exposure * light * tint), vec3(1.0 / 2.2)); }
 `;
 

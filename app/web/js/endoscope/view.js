@@ -312,6 +312,7 @@ export class EndoscopeView {
     const coarse = renderer.software && moving;
     renderer.resize(Math.max(1, Math.min(shown, coarse ? MOVING_PX : MOST_PX[renderer.software ? 0 : 1])));
     clearTimeout(this.stillTimer);
+    renderer.inTissue = Boolean(this.driven) && (this.connection.state.snake?.lens_mm ?? 0) < 0;
     try {
       renderer.draw(lens, coarse ? "lean" : "full");
     } catch (error) {
