@@ -20,6 +20,24 @@ Open = Callable[..., Workstation]
 # How bright the drawn picture of the endoscope is, and how it is turned: its mean, and the pose that it shows.
 SHOWN = """() => { const { pose, renderer } = vfix.endoscope; return pose && renderer?.tissue ? pose.shaft : null; }"""
 
+# How red the picture is where nothing is drawn, with the lens behind the wall and before it.
+NOTHING = """() => {
+  const view = vfix.endoscope, { renderer } = view, { gl, tissue } = renderer;
+  const { snake } = view.connection.state, { lens_mm: found } = snake;
+  const red = (mm) => {
+    snake.lens_mm = mm;
+    view.draw();
+    const pixel = new Uint8Array(4);
+    gl.readPixels(1, 1, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+    return pixel[0];
+  };
+  renderer.tissue = { draw() {} };
+  const reds = [red(-1), red(5)];
+  snake.lens_mm = found;
+  renderer.tissue = tissue;
+  return reds;
+}"""
+
 
 def test_a_colon_is_opened_planned_and_driven_by_wheel_and_drag(open_page: Open, rest: Rest) -> None:
     station = open_page(sample=False, viewport={"width": 1280, "height": 720}).ready()
@@ -64,6 +82,8 @@ def test_a_colon_is_opened_planned_and_driven_by_wheel_and_drag(open_page: Open,
     assert abs(station.state("snake")["bend"] - bent) < 0.1
     station.wait_for("the arc of the force", lambda: page.evaluate(ARC) or _drag(page, 200, 0))
     station.picture("lumen-turned")
+    behind, before = page.evaluate(NOTHING)  # a red-out, and no hole
+    assert behind > 100 > 10 > before
     page.click("#straighten")
     station.wait_for("the straight robot", lambda: station.state("snake")["straight"])
     depth = station.state("snake")["depth_mm"]

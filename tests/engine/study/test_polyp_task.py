@@ -218,7 +218,9 @@ def test_what_is_seen_is_the_nearest_polyp_that_is_left_also_where_another_one_i
     assert nearest_seen(progress, looking((0.0, 0.0, 0.0), 60.0), targets, free) is None
 
 
-@pytest.mark.parametrize(("off_deg", "away_mm", "in_part"), [(37.0, 40.0, True), (41.0, 40.0, False), (52.0, 8.0, True)])
+@pytest.mark.parametrize(
+    ("off_deg", "away_mm", "in_part"), [(37.0, 40.0, True), (41.0, 40.0, False), (52.0, 8.0, True)]
+)
 def test_a_polyp_whose_middle_is_beside_the_picture_is_seen_as_far_as_its_ball(
     off_deg: float, away_mm: float, in_part: bool
 ) -> None:
