@@ -36,7 +36,7 @@ def test_a_changed_report_changes_the_page(changed: str, tmp_path: Path) -> None
     for file in (DOCS / "evidence").glob("*.json"):
         report = json.loads(file.read_text(encoding="utf-8"))
         if file.stem == changed:
-            report["cells"][0]["ours"] += 0.5
+            report["cells"][0]["ours"] += 50.0  # more than three digits hide
             for one in report.get("sweeps", {}) if changed == "li2007-full" else ():
                 report["sweeps"][one]["rows"][0]["hands-on error_mm"] += 0.5
         (tmp_path / file.name).write_text(json.dumps(report), encoding="utf-8")
