@@ -67,6 +67,8 @@ test("a task whose polyps were drawn says from how much of the wall, and how man
   assert.match(told({ cleared: 3 }), /3 of 10 viewed/); // how many: the numbers in 3D are those of places, and any may come first
   assert.doesNotMatch(told({ cleared: 3 }), /Polyp 4/);
   assert.match(told({}), /None in clear view/);
+  const ready = String(taskGroup(connectionOf({ rehearsal: { state: "ready" } }), /** @type {any} */ ({ offered: ["polyps"], labels: null, task: "polyps", places: "route", seed: 0, marks: 2, open: true, now })));
+  assert.doesNotMatch(ready, /in clear view/); // it may well be: nothing is looked at before Start
   const seen = [[31, 5, /Too far, 31\u00a0mm/], [6, 5, /Too near, 6\u00a0mm/], [15, 27, /27° off centre/]];
   for (const [distance_mm, angle_deg, words] of seen) assert.match(told({ seen: { distance_mm, angle_deg } }), /** @type {RegExp} */ (words));
   assert.match(told({ viewed: true, held_s: 1 }), /1.0 of 7 s/);

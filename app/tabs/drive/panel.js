@@ -23,7 +23,7 @@ import { tissueGroup } from "./tissue.js";
 
 const LIVE = ["ready", "running", "paused"];
 /** @type {Record<string, string | undefined>} */
-const STATE_WORDS = { absent: "Start puts it at the entry.", ready: "At the entry.", running: "Running.", paused: "Paused where it is." };
+const STATE_WORDS = { absent: "Start puts the robot at the entry.", ready: "At the entry.", running: "Running.", paused: "Paused where it is." };
 const RINGS = "Pink rings are polyps and labels that were put on the route by hand or by seed; behind a fold they are faint.";
 const ARCS = "Arcs on the picture’s rim are forces on your hand. The thick one guides you off the wall at that side; "
   + "the thin one inside it is the resistance to a fast hand, at the side to which it goes.";

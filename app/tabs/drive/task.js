@@ -36,7 +36,7 @@ export function taskGroup(connection, task) {
     <div class="segmented devices" role="group" aria-label="Task">${[null, ...task.offered].map((name) => html`<button type="button" data-task=${name ?? "none"}
       aria-pressed=${String(name === task.task)} ?disabled=${!task.open} @click=${() => { if (name !== task.task) send({ task: name }); }}>${name === null ? "None" : NAMES[name]}</button>`)}</div>
     ${task.task === "labels" ? html`${task.labels ? labelProgress(task.labels) : nothing}${labelWords()}${choice(task, send)}` : nothing}
-    ${task.task === "polyps" ? html`${now ? progress(now) : nothing}${instructions(now)}${drawnFrom(now)}${choice(task, send)}` : nothing}`);
+    ${task.task === "polyps" ? html`${now ? progress(now, connection.state.rehearsal?.state === "ready") : nothing}${instructions(now)}${drawnFrom(now)}${choice(task, send)}` : nothing}`);
 }
 
 /** @param {TaskNowView | null} now */
@@ -86,12 +86,15 @@ function aside(seen) {
   return away < NEAR_MM ? `Too near, ${fixed(away, 0)}\u00a0mm` : `${fixed(off, 0)}° off centre`;
 }
 
-/** @param {TaskNowView} now */
-function progress(now) {
+/**
+ * @param {TaskNowView} now
+ * @param {boolean} waits the robot has not been driven: what it sees is not looked at
+ */
+function progress(now, waits) {
   const { of, cleared, held_s: held, hold_s: hold, viewed, completed } = now;
   const words = completed ? "End reached" : cleared === of ? "All viewed" : `${cleared} of ${of} viewed`; // no number: those in 3D are by place
   const share = hold > 0 ? Math.min(1, held / hold) : 0;
-  return html`<dl class="facts" id="task-facts">${count(cleared, words)}<dd>${viewed ? `${fixed(held, 1)} of ${fixed(hold, hold % 1 ? 1 : 0)} s` : cleared === of || completed ? "" : aside(now.seen)}</dd></dl>
+  return html`<dl class="facts" id="task-facts">${count(cleared, words)}<dd>${viewed ? `${fixed(held, 1)} of ${fixed(hold, hold % 1 ? 1 : 0)} s` : waits || cleared === of || completed ? "" : aside(now.seen)}</dd></dl>
     <div class="progress"><div style=${`width: ${(100 * share).toFixed(1)}%`}></div></div>
     ${now.words ? html`<p class="words caution" role="status">${said(now.words)}</p>` : nothing}`;
 }

@@ -89,7 +89,7 @@ def nearest_seen(progress: PolypProgress, camera: Array, targets: Array, sight: 
         if progress.viewings[index].cleared_t is not None:
             continue
         aim = aim_at(camera, targets[index])
-        ball_deg = math.degrees(math.asin(min(1.0, RADIUS_MM / max(RADIUS_MM, aim.distance_mm))))
+        ball_deg = math.degrees(math.asin(RADIUS_MM / max(RADIUS_MM, away[index])))
         if aim.angle_deg <= PICTURE_DEG + ball_deg and sight(camera[:3, 3], index, progress.t):
             return aim
     return None
