@@ -28,13 +28,17 @@ BLOCK = re.compile(r"<!-- (measured|machine) -->\n.*?<!-- end -->", re.DOTALL)
 
 @dataclass(frozen=True)
 class Figure:
-    """A row of the table: what it is, where the result has it, its unit, and the goal it is measured against."""
+    """A row of the table: what it is, where the result has it, its unit, and the goal it is measured against.
+
+    interval: where the result has its 95 % interval; empty if it has none.
+    """
 
     what: str
     key: str
     unit: str = ""
     goal: str = ""
     scale: float = 1.0
+    interval: str = ""
 
 
 @dataclass(frozen=True)
@@ -82,11 +86,14 @@ BENCHMARKS = (
         Figure("Overruns of a driven snake", "overruns_share", "%", "≤ 1", 100.0),
     )),
     Measured("cockpit", "cockpit", (
-        Figure("Lateness with all views over none, 99th percentile", "ratios.lateness_p99", "times", "≤ 1.2"),
+        Figure(
+            "Lateness with all views over none, 99th percentile", "ratios.lateness_p99", "times", "≤ 1.2",
+            interval="ratio_95",
+        ),
     )),
     Measured("cockpit_snake", "cockpit --world snake --watchers 20", (
         Figure("Step of a snake with views and 20 watchers, 99th percentile", "medians.all.step_us_p99", "µs"),
-        Figure("the same over nobody watching", "ratios.step_p99", "times"),
+        Figure("the same over nobody watching", "ratios.step_p99", "times", interval="ratio_95"),
     )),
     Measured("start", "start", (
         Figure("First start to the page", "first.answer_s", "s"),
@@ -183,15 +190,26 @@ def machines(stored: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def value(result: Mapping[str, Any], figure: Figure) -> str:
-    """A figure as text, with three digits and its unit."""
-    number: Any = result
-    for key in figure.key.split("."):
-        number = number[int(key) if isinstance(number, list) else key]
+    """A figure as text, with three digits, its unit and its interval."""
+    number = _at(result, figure.key)
     if number is None:
         return NOT_MEASURED
-    scaled = figure.scale * float(number)
-    text = f"{scaled:,.0f}" if scaled >= 100 or scaled == int(scaled) else f"{scaled:.3g}"
-    return f"{text} {figure.unit}".strip()
+    text = f"{_digits(figure.scale * float(number))} {figure.unit}".strip()
+    if not figure.interval:
+        return text
+    low, high = (_digits(figure.scale * float(end)) for end in _at(result, figure.interval))
+    return f"{text} (95 %: {low} to {high})"
+
+
+def _at(result: Any, key: str) -> Any:
+    """What the result has at a key with dots."""
+    for part in key.split("."):
+        result = result[int(part) if isinstance(result, list) else part]
+    return result
+
+
+def _digits(number: float) -> str:
+    return f"{number:,.0f}" if number >= 100 or number == int(number) else f"{number:.3g}"
 
 
 def _revision() -> str:
