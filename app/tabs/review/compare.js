@@ -48,7 +48,7 @@ export class CompareTable {
       <table class="compare"><thead><tr><td></td>${scored.map(({ run, score }, index) => html`<th scope="col" colspan=${index ? 2 : 1}>
         <span class="compare-name" data-run=${index === 0 ? "main" : index === 1 ? "ghost" : "other"}>${modeWord(drivenAs(run))}</span>${isUncertified(run) ? html`<span class="pill">${UNCERTIFIED}</span>` : nothing}
         ${viewOf(run).certificate(score) ? html`<span class="compare-sub certified-of">${viewOf(run).certificate(score)}</span>` : nothing}
-        <span class="compare-sub">${[viewOf(run).robot(run), planName(run.plan_id), runName(run)].filter(Boolean).join(" · ")}</span></th>`)}</tr></thead>
+        <span class="compare-sub">${[runName(run), viewOf(run).robot(run), planName(run.plan_id)].filter(Boolean).join(" · ")}</span></th>`)}</tr></thead>
       <tbody>${FIGURES_OF[drivenOf(scored[0].run)](scored.map(({ score }) => score)).map((figure) => this.row(figure, scored))}</tbody></table>
       ${this.pairs(scored, runs)}`);
   }

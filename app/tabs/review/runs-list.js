@@ -70,7 +70,7 @@ export class RunsList {
     const { robot } = viewOf(run), uncertified = isUncertified(run), of = run.score ? viewOf(run).certificate(run.score) : "", task = run.score && "task" in run.score ? run.score.task : null;
     return html`<li class="row" data-run=${run.id} aria-current=${String(isOpen)}>
       <button type="button" class="row-main" title=${planName(run.plan_id)} @click=${() => this.wishes.open(run.id)}>
-        <span class="run-row-head">${modeWord(drivenAs(run))}${robot(run) ? html` <span class="number">${robot(run)}</span>` : nothing} <span class="number">${figures}</span></span><span class="row-sub">${[task, planName(run.plan_id), runName(run)].filter(Boolean).join(" · ")}</span>
+        <span class="run-row-head">${modeWord(drivenAs(run))}${robot(run) ? html` <span class="number">${robot(run)}</span>` : nothing} <span class="number">${figures}</span></span><span class="row-sub">${[runName(run), task, planName(run.plan_id)].filter(Boolean).join(" · ")}</span>
         ${of ? html`<span class="row-sub certified-of">${of}</span>` : nothing}
         ${run.teacher ? html`<span class="pill teacher">teacher</span>` : nothing}
         ${uncertified ? html`<span class="pill">${UNCERTIFIED}</span>` : nothing}</button>
