@@ -79,14 +79,15 @@ AGREES_IV = ("Table IV: '<1.7° and <0.5 mm' are 1.68° and 0.41 mm at the most.
 CONTRADICTIONS_III = (
     "Table III prints the improvement of 'No. of Polyps Missed' as 100 %, of a difference that is not significant "
     "(p = 0.104).",
-    "Table III: p of 'Complet. Time', printed as .0001, follows from the printed means and deviations by a paired t "
-    "test only where who is slow without the control is fast with it, with a correlation of -0.67 or less; by a test "
-    "of unpaired people it is less than 0.00005.",
+    "Table III: p of 'Complet. Time', printed as .0001 (of which test is not in the text), follows from the printed "
+    "means and deviations by a paired t test only where who is slow without the control is fast with it, with a "
+    "correlation of -0.67 or less; by a test of unpaired people it is less than 0.00005.",
 )
 CONTRADICTIONS_IV = (
     "Section IV.C.2 says that the path-following of study II 'cannot be accomplished by manual joint actuation', and "
     "has no control experiment that shows it.",
-    "Table IV, 'averaged across the 12 subjects', has a ± that is not explained. The text takes low deviations 'for "
-    "each subject' as repeatability, which a deviation over subjects cannot show; and 9.17 s of 21.4 s is not low.",
-    "Table IV: ± of the way to labels 3, 5 and 6 is about as large as its mean, so the mean is of no typical person.",
+    "Table IV, 'averaged across the 12 subjects', does not say of what its SD is. The text takes that of the ways as "
+    "'different searching behaviors performed by the subjects', but low ones of times and errors 'for each subject' as "
+    "repeatability, which a deviation over subjects cannot show; and 9.17 s of 21.4 s is not low.",
+    "Table IV: SD of the way to labels 3, 5 and 6 is about as large as its mean, so the mean is of no typical person.",
 )

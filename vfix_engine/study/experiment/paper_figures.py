@@ -27,11 +27,18 @@ _WHAT_SD = "± is not said to be of subjects or of trials"
 _NO_SD = "an experienced user, 5 trials; no standard deviation and no test in the text of V"
 
 LI_2004: Mapping[str, Printed] = {
-    "robot error": Printed("I", "Robot guidance", "error mm", 0.76, None, _NO_SD + "; by encoders, mapped to the CT"),
-    "robot time": Printed("I", "Robot guidance", "time s", 17.24, None, _NO_SD),
-    "freehand error": Printed("I", "Freehand", "error mm", 1.82, None, "a user; trials are not printed; tracker"),
-    "freehand time": Printed("I", "Freehand", "time s", 26.61, None, "a user; trials are not printed"),
-    "registration": Printed("text", "Five fiducials", "residual mm", 0.425),
+    "robot error": Printed("V", "Robot guidance", "error mm", 0.76, None, _NO_SD + "; by encoders, mapped to the CT"),
+    "robot time": Printed("V", "Robot guidance", "time s", 17.24, None, _NO_SD),
+    "freehand error": Printed("V", "Freehand", "error mm", 1.82, None, "a user; trials are not printed; tracker"),
+    "freehand time": Printed("V", "Freehand", "time s", 26.61, None, "a user; trials are not printed"),
+    "registration": Printed(
+        "text",
+        "Five fiducials",
+        "residual mm",
+        0.425,
+        None,
+        "from the localisation error that the residual of Li 2007 chose",
+    ),
 }
 
 LI_2007: Mapping[str, Printed] = {
