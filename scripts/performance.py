@@ -85,7 +85,7 @@ BENCHMARKS = (
     Measured("realtime_snake", "realtime --world snake --seconds 60", (
         Figure("Overruns of a driven snake", "overruns_share", "%", "≤ 1", 100.0),
     )),
-    Measured("cockpit", "cockpit", (
+    Measured("cockpit", "cockpit --pairs 10", (
         Figure(
             "Lateness with all views over none, 99th percentile", "ratios.lateness_p99", "times", "≤ 1.2",
             interval="ratio_95",
