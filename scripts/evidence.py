@@ -47,19 +47,16 @@ def cells(report: Mapping[str, Any]) -> str:
     return table(["Table, section", "Row", "Column", "Paper", "Ours", "Kind", "Note"], rows)
 
 
-FITTED_TO = {
-    "see_depth_mm": "Li 2004, freehand, error in mm",
-    "hand_speed_mm_per_s": "Li 2004, freehand, time in s",
-    "force_n": "Li 2004, robot, time in s",
-    "turn_rad": "Li 2004, robot, error in mm",
-    "shift_mm": "Li 2007, inspection by the tracker, error in mm",
-}
-
-
 def fitted(report: Mapping[str, Any]) -> str:
     """Each fitted parameter with the figure that it was fitted to."""
     rows = [
-        [f"`{name}`", f"{one['value']:.4g}", FITTED_TO[name], number(one["paper"], None), number(one["reached"], None)]
+        [
+            f"`{name}`",
+            f"{one['value']:.4g}",
+            f"`{one['figure']}`",
+            number(one["paper"], None),
+            number(one["reached"], None),
+        ]
         for name, one in report["fitted"].items()
     ]
     return table(["Parameter", "Value", "Fitted to", "Paper", "Reached"], rows)

@@ -48,3 +48,9 @@ def test_results_of_two_machines_are_not_put_in_one_table() -> None:
     two["proximity"]["result"]["machine"]["cpu"] = "another"
     with pytest.raises(ValueError, match="several machines"):
         performance.machines(two)
+
+
+def test_a_ratio_has_its_interval_and_a_missing_figure_is_said_to_be_missing() -> None:
+    ratio = performance.Figure("", "a.0", "times", interval="within")
+    assert performance.value({"a": [1.25], "within": [0.5, 140.0]}, ratio) == "1.25 times (95 %: 0.5 to 140)"
+    assert performance.value({"a": [None], "within": None}, ratio) == performance.NOT_MEASURED

@@ -286,7 +286,7 @@ class Planning:
             progress(stage, fraction)
 
         path = path_of(plan)
-        preparation.wait(lambda: report_progress("Preparing the engine", 0.0))
+        preparation.wait(lambda: report_progress("Preparing the engine", preparation.progress()))
         case = self._cases.get(plan.case_id)
         settings = settings_in_case(plan.content.settings, case.uncertainty)
         robot, tool = self._instruments.robot(plan.content.robot), plan_tool(plan.content)

@@ -257,7 +257,7 @@ class Suggestions:
 
     def _around(self, plan: Plan, places: Sequence[Position], progress: ProgressCallback) -> SearchSpace:
         """Return bone, soft tissue and protected structures around places."""
-        preparation.wait(lambda: progress("Preparing the engine", 0.0))
+        preparation.wait(lambda: progress("Preparing the engine", preparation.progress()))
         case = self._cases.get(plan.case_id)
 
         def measuring(stage: str, fraction: float) -> None:

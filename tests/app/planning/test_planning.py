@@ -29,6 +29,7 @@ from vfix_engine.errors import PlanError
 from vfix_engine.files.readers import read_volume
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.robots import Tool
+from vfix_engine.worlds.rigid import preparation
 
 
 def test_a_point_on_bone_moves_to_where_the_tool_fits(phantom_services: Services) -> None:
@@ -41,6 +42,29 @@ def test_a_point_on_bone_moves_to_where_the_tool_fits(phantom_services: Services
     assert distance[0] >= room - 1e-9
     assert snapped.moved_mm == pytest.approx(np.linalg.norm(np.subtract(snapped.position, corner)))
     assert "moved" in snapped.reason
+
+
+def test_who_waits_for_kernels_is_told_how_many_there_are(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a first start; the hint line has the same share."""
+
+    class Heard(Exception):
+        pass
+
+    def progress(stage: str, fraction: float) -> None:
+        raise Heard(stage, fraction)
+
+    monkeypatch.setattr(preparation, "wait", lambda go_on: go_on())
+    monkeypatch.setattr(preparation, "progress", lambda: 0.42)
+    plan = phantom_services.plans.get(SAMPLE_PLAN)
+    for work in (
+        lambda: phantom_services.planning.evaluate(plan, progress),
+        lambda: phantom_services.suggestions._around(plan, [plan.content.points[0].position], progress),
+    ):
+        with pytest.raises(Heard) as heard:
+            work()
+        assert heard.value.args == ("Preparing the engine", 0.42)
 
 
 def test_a_point_in_air_stays(phantom_services: Services) -> None:

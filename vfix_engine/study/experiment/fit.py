@@ -68,8 +68,8 @@ class Fitted:
         named = {"person": asdict(self.person), "sizes": asdict(self.sizes), "reached": dict(self.reached)}
         return {"schema": SCHEMA, "figures": dict(FIGURES), **named}
 
-    def to_dict(self) -> dict[str, dict[str, float]]:
-        """Fitted parameters by the figure that each was fitted to: value, paper's figure, what it reaches."""
+    def to_dict(self) -> dict[str, dict[str, Any]]:
+        """Fitted parameters: value, figure that it was fitted to, the paper's value of it, and what it reaches."""
         values = {
             "li2004 freehand error_mm": ("see_depth_mm", self.person.see_depth_mm),
             "li2004 freehand time_s": ("hand_speed_mm_per_s", self.person.hand_speed_mm_per_s),
@@ -78,7 +78,7 @@ class Fitted:
             "li2007 inspection true_error_mm": ("shift_mm", self.sizes.shift_mm),
         }
         return {
-            name: {"value": value, "paper": FIGURES[figure], "reached": self.reached[figure]}
+            name: {"value": value, "figure": figure, "paper": FIGURES[figure], "reached": self.reached[figure]}
             for figure, (name, value) in values.items()
         }
 
