@@ -1,6 +1,7 @@
 """Planning on the shipped head: points are snapped to where the tool fits, and the controller drives the path."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
@@ -58,6 +59,9 @@ def test_who_waits_for_kernels_is_told_how_many_there_are(
     monkeypatch.setattr(preparation, "wait", lambda go_on: go_on())
     monkeypatch.setattr(preparation, "progress", lambda: 0.42)
     plan = phantom_services.plans.get(SAMPLE_PLAN)
+    plan = replace(
+        plan, content=plan.content.with_tool(plan.content.tool, {"shaft_radius_mm": 0.61})
+    )  # not evaluated before
     for work in (
         lambda: phantom_services.planning.evaluate(plan, progress),
         lambda: phantom_services.suggestions._around(plan, [plan.content.points[0].position], progress),
